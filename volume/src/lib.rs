@@ -1,0 +1,18 @@
+//! What a scan is: samples on a grid in the world, what their numbers mean, and how files become that.
+//!
+//! Data flows one way: a file is read by one of the [`formats`] into a [`Raster`], which [`Volume::new`] checks and indexes.
+
+pub mod formats;
+mod grid;
+mod histogram;
+mod progress;
+mod ranges;
+mod samples;
+mod volume;
+
+pub use grid::{Grid, GridError, IndexPoint, WorldPoint};
+pub use histogram::{Histogram, Otsu};
+pub use progress::{Cancelled, Progress};
+pub use ranges::{BRICK, RangeBricks};
+pub use samples::{Sample, Samples};
+pub use volume::{Raster, Unit, Volume, VolumeError};
