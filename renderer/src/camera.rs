@@ -1,0 +1,261 @@
+//! Where the picture is taken from: a camera, its pixel rays, and the same rays as seen by each volume's index space.
+
+use bregma_volume::{Grid, WorldPoint};
+use glam::{DAffine3, DVec3};
+use serde::{Deserialize, Serialize};
+
+/// A ray in the world. Points on it are `origin + t·direction`, t in mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Where t is 0.
+    pub origin: WorldPoint,
+    /// Unit vector.
+    pub direction: DVec3,
+}
+
+impl Ray {
+    /// A ray from `origin` along `direction`, which is normalised; `None` when it has no direction or is not finite.
+    pub fn new(origin: WorldPoint, direction: DVec3) -> Option<Self> {
+        let direction = direction.try_normalize()?;
+        (origin.0.is_finite() && direction.is_finite()).then_some(Self { origin, direction })
+    }
+
+    /// The point at `t_mm`.
+    pub fn at(&self, t_mm: f64) -> WorldPoint {
+        WorldPoint(self.origin.0 + t_mm * self.direction)
+    }
+}
+
+/// How depth becomes size.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Projection {
+    /// Vertical field of view in degrees.
+    Perspective {
+        /// Angle between the top and the bottom of the picture.
+        fov_deg: f64,
+    },
+    /// Height of the view in mm.
+    Orthographic {
+        /// Distance between the top and the bottom of the picture.
+        height_mm: f64,
+    },
+}
+
+/// A pinhole or orthographic camera; LPS mm.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Camera {
+    /// Where the viewer stands.
+    pub eye_mm: DVec3,
+    /// What the centre of the picture shows.
+    pub target_mm: DVec3,
+    /// A direction that points up in the picture; need not be perpendicular to the view.
+    pub up: DVec3,
+    /// Perspective or orthographic.
+    pub projection: Projection,
+}
+
+/// A sphere around everything that is shown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// Its centre.
+    pub centre_mm: DVec3,
+    /// Its radius.
+    pub radius_mm: f64,
+}
+
+impl Bounds {
+    /// The sphere around the boxes of `grids`: for one, box centre and half its diagonal; for more, the centre of their
+    /// common axis-aligned box and the farthest corner from it. A unit sphere at the origin for none.
+    pub fn of<'a>(grids: impl IntoIterator<Item = &'a Grid>) -> Self {
+        let corners: Vec<DVec3> = grids.into_iter().flat_map(Grid::corners_mm).collect();
+        let Some(&first) = corners.first() else { return Self { centre_mm: DVec3::ZERO, radius_mm: 1.0 } };
+        let (low, high) = corners.iter().fold((first, first), |(low, high), &c| (low.min(c), high.max(c)));
+        let centre_mm = (low + high) / 2.0;
+        let radius_mm = corners.iter().map(|c| c.distance(centre_mm)).fold(0.0, f64::max);
+        // A single sample has no extent: any positive radius lets the camera stand somewhere.
+        Self { centre_mm, radius_mm: if radius_mm > 0.0 { radius_mm } else { 1.0 } }
+    }
+}
+
+/// Default vertical field of view.
+pub const FOV_DEG: f64 = 30.0;
+
+/// The picture's axes in the world, unit vectors.
+#[derive(Clone, Copy, Debug)]
+pub struct Basis {
+    /// To the right in the picture.
+    pub right: DVec3,
+    /// Up in the picture.
+    pub up: DVec3,
+    /// Into the picture.
+    pub forward: DVec3,
+}
+
+/// A point that moves linearly with the pixel: `base + x·per_x + y·per_y`.
+#[derive(Clone, Copy, Debug)]
+pub struct PixelAffine {
+    /// Value at pixel (0, 0).
+    pub base: DVec3,
+    /// Change for one pixel to the right.
+    pub per_x: DVec3,
+    /// Change for one pixel down.
+    pub per_y: DVec3,
+}
+
+impl PixelAffine {
+    /// The value at pixel (x, y).
+    pub fn at(&self, x: u32, y: u32) -> DVec3 {
+        self.base + f64::from(x) * self.per_x + f64::from(y) * self.per_y
+    }
+}
+
+/// All rays of a picture: pixel (x, y) sees `origin(x, y) + s·direction(x, y)`, s ≥ 0. Directions are not unit: s is the
+/// depth along the view axis in mm, the same for every volume, and `t = s·|direction|` in the world.
+#[derive(Clone, Copy, Debug)]
+pub struct PixelRays {
+    /// Where s is 0.
+    pub origin: PixelAffine,
+    /// Change of position per mm of depth.
+    pub direction: PixelAffine,
+}
+
+impl PixelRays {
+    /// The same rays with s = 0 moved to depth `s_mm`, so that positions near there lose no digits to cancellation.
+    pub fn rebased(&self, s_mm: f64) -> Self {
+        let (o, d) = (self.origin, self.direction);
+        let origin = PixelAffine { base: o.base + s_mm * d.base, per_x: o.per_x + s_mm * d.per_x, per_y: o.per_y + s_mm * d.per_y };
+        Self { origin, direction: d }
+    }
+
+    /// The same rays in the space that `map` leads to; the parameter s stays what it was.
+    pub fn mapped(&self, map: &DAffine3) -> Self {
+        let vector = |v: DVec3| map.transform_vector3(v);
+        let (o, d) = (self.origin, self.direction);
+        let origin = PixelAffine { base: map.transform_point3(o.base), per_x: vector(o.per_x), per_y: vector(o.per_y) };
+        Self { origin, direction: PixelAffine { base: vector(d.base), per_x: vector(d.per_x), per_y: vector(d.per_y) } }
+    }
+
+    /// The rays of the part of the picture that starts at pixel (x, y).
+    pub fn from_pixel(&self, x: u32, y: u32) -> Self {
+        let (o, d) = (self.origin, self.direction);
+        Self { origin: PixelAffine { base: o.at(x, y), ..o }, direction: PixelAffine { base: d.at(x, y), ..d } }
+    }
+}
+
+impl Camera {
+    /// The orbit of `bounds`: azimuth 0 looks at the face (from anterior), 90 at the left side; elevation raises the eye.
+    pub fn orbit(bounds: &Bounds, azimuth_deg: f64, elevation_deg: f64) -> Self {
+        let (sin_az, cos_az) = azimuth_deg.to_radians().sin_cos();
+        let (sin_el, cos_el) = elevation_deg.to_radians().sin_cos();
+        let distance = bounds.radius_mm / (FOV_DEG / 2.0).to_radians().sin();
+        let eye_mm = bounds.centre_mm + distance * DVec3::new(cos_el * sin_az, -cos_el * cos_az, sin_el);
+        Self { eye_mm, target_mm: bounds.centre_mm, up: DVec3::Z, projection: Projection::Perspective { fov_deg: FOV_DEG } }
+    }
+
+    /// The picture's axes. A view along `up` takes another axis for it; an eye on its target looks from anterior.
+    pub fn basis(&self) -> Basis {
+        let forward = (self.target_mm - self.eye_mm).try_normalize().unwrap_or(DVec3::Y);
+        let right = [self.up, DVec3::NEG_Y, DVec3::Z]
+            .iter()
+            // Within 1e-6 of parallel the cross product has lost half its digits: another axis is as good.
+            .find_map(|up| {
+                forward.cross(up.normalize_or_zero()).try_normalize().filter(|_| forward.cross(up.normalize_or_zero()).length() > 1e-6)
+            })
+            .unwrap_or(DVec3::X);
+        Basis { right, up: right.cross(forward), forward }
+    }
+
+    /// Half the height of the picture: per mm of depth (perspective) or in mm (orthographic).
+    fn half_height(&self) -> f64 {
+        match self.projection {
+            Projection::Perspective { fov_deg } => (fov_deg.to_radians() / 2.0).tan(),
+            Projection::Orthographic { height_mm } => height_mm / 2.0,
+        }
+    }
+
+    /// All pixel rays of a picture of `width`×`height`, in the world. Pixel (x, y), y down, looks along
+    /// `forward + (2(x+½)/W − 1)·h·W/H·right + (1 − 2(y+½)/H)·h·up`, h = tan(fov/2).
+    pub fn pixel_rays(&self, width: u32, height: u32) -> PixelRays {
+        let Basis { right, up, forward } = self.basis();
+        let (w, h, half) = (f64::from(width), f64::from(height), self.half_height());
+        let (per_x, per_y) = (right * (2.0 * half / h), up * (-2.0 * half / h));
+        let corner = right * (half * w / h * (1.0 / w - 1.0)) + up * (half * (1.0 - 1.0 / h));
+        let still = |base| PixelAffine { base, per_x: DVec3::ZERO, per_y: DVec3::ZERO };
+        match self.projection {
+            Projection::Perspective { .. } => {
+                PixelRays { origin: still(self.eye_mm), direction: PixelAffine { base: forward + corner, per_x, per_y } }
+            }
+            Projection::Orthographic { .. } => {
+                PixelRays { origin: PixelAffine { base: self.eye_mm + corner, per_x, per_y }, direction: still(forward) }
+            }
+        }
+    }
+
+    /// The ray of pixel (x, y), for real-valued x and y measured from the centre of pixel (0, 0).
+    pub fn ray(&self, x: f64, y: f64, width: u32, height: u32) -> Ray {
+        let rays = self.pixel_rays(width, height);
+        let at = |a: &PixelAffine| a.base + x * a.per_x + y * a.per_y;
+        Ray { origin: WorldPoint(at(&rays.origin)), direction: at(&rays.direction).normalize() }
+    }
+
+    /// Where a point of the world appears, in the pixels of [`Camera::ray`]; `None` when it is not in front of the eye.
+    pub fn project(&self, p: WorldPoint, width: u32, height: u32) -> Option<(f64, f64)> {
+        let Basis { right, up, forward } = self.basis();
+        let v = p.0 - self.eye_mm;
+        let depth = v.dot(forward);
+        let scale = match self.projection {
+            Projection::Perspective { .. } => depth,
+            Projection::Orthographic { .. } => 1.0,
+        };
+        let (w, h, half) = (f64::from(width), f64::from(height), self.half_height());
+        let x = (v.dot(right) / (scale * half * w / h) + 1.0) * w / 2.0 - 0.5;
+        let y = (1.0 - v.dot(up) / (scale * half)) * h / 2.0 - 0.5;
+        (depth > 0.0).then_some((x, y))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BOUNDS: Bounds = Bounds { centre_mm: DVec3::new(3.0, -2.0, 7.0), radius_mm: 50.0 };
+
+    #[test]
+    fn azimuth_0_looks_at_the_face_with_the_left_side_on_the_right() {
+        // Fails if LPS is mirrored anywhere between camera and picture: the classic error of this field.
+        let camera = Camera::orbit(&BOUNDS, 0.0, 0.0);
+        let Basis { right, up, forward } = camera.basis();
+        assert!((forward - DVec3::Y).length() < 1e-12 && (up - DVec3::Z).length() < 1e-12);
+        assert!((right - DVec3::X).length() < 1e-12, "the patient's left (+x) is on the viewer's right");
+    }
+
+    #[test]
+    fn pixel_rays_follow_the_agreed_formula_and_project_back() {
+        for projection in [Projection::Perspective { fov_deg: 40.0 }, Projection::Orthographic { height_mm: 80.0 }] {
+            let camera = Camera { projection, ..Camera::orbit(&BOUNDS, 30.0, 20.0) };
+            let (w, h) = (320, 200);
+            let rays = camera.pixel_rays(w, h).rebased(10.0);
+            for (x, y) in [(0, 0), (319, 199), (17, 101)] {
+                let ray = camera.ray(f64::from(x), f64::from(y), w, h);
+                let p = rays.origin.at(x, y) + 55.0 * rays.direction.at(x, y);
+                assert!((p - ray.origin.0).cross(ray.direction).length() < 1e-10, "{projection:?} {x} {y}");
+                let (px, py) = camera.project(WorldPoint(p), w, h).unwrap();
+                assert!((px - f64::from(x)).abs() < 1e-9 && (py - f64::from(y)).abs() < 1e-9);
+            }
+            let Basis { right, up, forward } = camera.basis();
+            if let Projection::Perspective { fov_deg } = projection {
+                let tan = (fov_deg / 2.0_f64).to_radians().tan();
+                let expected = forward + (2.0 * 17.5 / 320.0 - 1.0) * tan * 1.6 * right + (1.0 - 2.0 * 101.5 / 200.0) * tan * up;
+                assert!((camera.ray(17.0, 101.0, w, h).direction - expected.normalize()).length() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn looking_straight_down_still_has_an_up() {
+        let basis = Camera::orbit(&BOUNDS, 0.0, 90.0).basis();
+        assert!(basis.up.is_finite() && (basis.up.length() - 1.0).abs() < 1e-12);
+        assert!((basis.up - DVec3::NEG_Y).length() < 1e-6, "from above, the face is up: {:?}", basis.up);
+    }
+}

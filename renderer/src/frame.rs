@@ -1,0 +1,103 @@
+//! What both renderers work out for a picture before its first ray.
+
+use crate::RenderError;
+use crate::camera::PixelRays;
+use crate::occupancy::DistanceMap;
+use crate::scene::{Mode, Scene, Surface};
+use bregma_volume::Volume;
+use glam::{Mat3, Vec3, Vec4};
+use std::sync::Arc;
+
+/// One visible layer of a frame.
+#[derive(Debug)]
+pub(crate) struct FrameLayer {
+    /// Its number in the scene.
+    pub index: usize,
+    pub surface: Surface,
+    pub map: Arc<DistanceMap>,
+    /// The pixel rays in the volume's index space, s = 0 at the base plane.
+    pub rays: PixelRays,
+    /// Index-space normals to world: inverse transpose, scaled so that float32 holds it.
+    pub normal_to_world: Mat3,
+    /// Linear colour.
+    pub color: Vec3,
+    pub opacity: f32,
+}
+
+/// A scene worked out for one picture.
+#[derive(Debug)]
+pub(crate) struct Frame {
+    pub layers: Vec<FrameLayer>,
+    /// The pixel rays in the world, s = 0 at the eye.
+    pub world_rays: PixelRays,
+    /// Depth of the base plane before the eye: just before the nearest box, so that s stays small where surfaces are.
+    pub base_mm: f64,
+    /// Depth behind the base plane beyond which there is nothing.
+    pub s_max: f32,
+    /// Unit, in the world.
+    pub toward_light: Vec3,
+    /// Linear and premultiplied.
+    pub background: Vec4,
+    /// Only the nearest hit of all layers is drawn.
+    pub only_nearest: bool,
+}
+
+impl Frame {
+    pub fn new(maps: &mut MapCache, volumes: &[Arc<Volume>], scene: &Scene, width: u32, height: u32) -> Result<Self, RenderError> {
+        let world_rays = scene.camera.pixel_rays(width, height);
+        let surfaces = scene.surfaces(volumes)?;
+        let forward = scene.camera.basis().forward;
+        let depths = surfaces.iter().flat_map(|(_, s)| s.grid.corners_mm()).map(|c| (c - scene.camera.eye_mm).dot(forward));
+        let (near, far) = depths.fold((f64::INFINITY, 0.0_f64), |(near, far), d| (near.min(d), far.max(d)));
+        let base_mm = if near.is_finite() { near.max(0.0) } else { 0.0 };
+        let based = world_rays.rebased(base_mm);
+        maps.keep_only(&surfaces);
+        let layer = |(index, surface): (usize, Surface)| {
+            let to_index = surface.grid.world_to_index();
+            let normals = to_index.matrix3.transpose();
+            let largest = normals.to_cols_array().iter().fold(0.0_f64, |m, c| m.max(c.abs()));
+            FrameLayer {
+                index,
+                map: maps.get(&surface),
+                rays: based.mapped(&to_index),
+                normal_to_world: (normals * (1.0 / largest)).as_mat3(),
+                color: scene.layers[index].color.linear(),
+                opacity: scene.layers[index].opacity.clamp(0.0, 1.0),
+                surface,
+            }
+        };
+        Ok(Self {
+            layers: surfaces.into_iter().map(layer).collect(),
+            world_rays,
+            base_mm,
+            s_max: (far - base_mm).max(0.0) as f32,
+            toward_light: scene.toward_light().as_vec3(),
+            background: scene.background.map_or(Vec4::ZERO, |c| c.linear().extend(1.0)),
+            only_nearest: scene.mode == Mode::Iso,
+        })
+    }
+}
+
+/// Distance maps of the surfaces drawn last.
+#[derive(Debug, Default)]
+pub(crate) struct MapCache(Vec<(Arc<Volume>, f32, Arc<DistanceMap>)>);
+
+impl MapCache {
+    fn get(&mut self, surface: &Surface) -> Arc<DistanceMap> {
+        let known = self.0.iter().find(|(v, level, _)| is_of(surface, v, *level));
+        if let Some((.., map)) = known {
+            return Arc::clone(map);
+        }
+        let map = Arc::new(DistanceMap::build(surface.volume.bricks(), surface.level, surface.sign));
+        self.0.push((Arc::clone(&surface.volume), surface.level, Arc::clone(&map)));
+        map
+    }
+
+    fn keep_only(&mut self, surfaces: &[(usize, Surface)]) {
+        self.0.retain(|(v, level, _)| surfaces.iter().any(|(_, s)| is_of(s, v, *level)));
+    }
+}
+
+fn is_of(surface: &Surface, volume: &Arc<Volume>, level: f32) -> bool {
+    Arc::ptr_eq(&surface.volume, volume) && surface.level == level
+}

@@ -1,0 +1,166 @@
+//! The structs that Rust and WGSL share, byte for byte; a test compares every offset with the shaders'.
+
+use crate::camera::PixelAffine;
+use bytemuck::{Pod, Zeroable};
+use glam::{DVec3, Mat3, Vec3};
+
+/// `PixelAffine` of `shaders/line.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(super) struct PixelAffinePairs {
+    pub base_hi: [f32; 4],
+    pub base_lo: [f32; 4],
+    pub per_x_hi: [f32; 4],
+    pub per_x_lo: [f32; 4],
+    pub per_y_hi: [f32; 4],
+    pub per_y_lo: [f32; 4],
+}
+
+/// `TraceParams` of `shaders/trace.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(super) struct TraceParams {
+    pub origin: PixelAffinePairs,
+    pub direction: PixelAffinePairs,
+    pub normal_to_world: [[f32; 4]; 3],
+    pub dims: [i32; 3],
+    pub level: f32,
+    pub bricks: [i32; 3],
+    pub sign: f32,
+    pub tile: [u32; 2],
+    pub pass_number: u32,
+    pub stride: u32,
+    pub s_max: f32,
+    pub only_nearest: u32,
+    pub padding: [u32; 2],
+}
+
+/// `ShadeParams` of `shaders/shade.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(super) struct ShadeParams {
+    pub view_base: [f32; 4],
+    pub view_per_x: [f32; 4],
+    pub view_per_y: [f32; 4],
+    pub toward_light: [f32; 3],
+    pub ambient: f32,
+    pub background: [f32; 4],
+    pub diffuse: f32,
+    pub specular: f32,
+    pub shininess: f32,
+    pub base_mm: f32,
+    pub corner: [u32; 2],
+    pub tile: [u32; 2],
+    pub passes: u32,
+    pub stride: u32,
+    pub overlay: u32,
+    pub padding: u32,
+}
+
+/// `ShadeLayer` of `shaders/shade.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(super) struct ShadeLayer {
+    pub color: [f32; 4],
+    pub id: u32,
+    pub padding: [u32; 3],
+}
+
+impl PixelAffinePairs {
+    pub fn new(a: &PixelAffine) -> Self {
+        let (base_hi, base_lo) = split(a.base, |v| v as f32);
+        let (per_x_hi, per_x_lo) = split(a.per_x, upper_16);
+        let (per_y_hi, per_y_lo) = split(a.per_y, upper_16);
+        Self { base_hi, base_lo, per_x_hi, per_x_lo, per_y_hi, per_y_lo }
+    }
+}
+
+fn split(v: DVec3, upper: impl Fn(f64) -> f32) -> ([f32; 4], [f32; 4]) {
+    let hi = v.to_array().map(&upper);
+    let lo = std::array::from_fn::<f32, 3, _>(|a| (v[a] - f64::from(hi[a])) as f32);
+    (padded(Vec3::from(hi)), padded(Vec3::from(lo)))
+}
+
+/// The upper 16 significant bits as float32: times a pixel number below 256 they stay exact.
+fn upper_16(v: f64) -> f32 {
+    f32::from_bits((v as f32).to_bits() & 0xffff_ff00)
+}
+
+pub(super) fn padded(v: Vec3) -> [f32; 4] {
+    v.extend(0.0).to_array()
+}
+
+pub(super) fn padded_matrix(m: Mat3) -> [[f32; 4]; 3] {
+    [padded(m.x_axis), padded(m.y_axis), padded(m.z_axis)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::mem::offset_of;
+
+    fn members(source: &str, name: &str) -> (Vec<(String, usize)>, usize) {
+        let module = naga::front::wgsl::parse_str(source).unwrap();
+        let (_, ty) = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name)).unwrap();
+        let naga::TypeInner::Struct { members, span } = &ty.inner else { panic!("{name} is no struct") };
+        (members.iter().map(|m| (m.name.clone().unwrap(), m.offset as usize)).collect(), *span as usize)
+    }
+
+    macro_rules! same_layout {
+        ($source:expr, $wgsl:literal, $rust:ty, [$($field:ident),*]) => {
+            let (members, span) = members($source, $wgsl);
+            let rust = vec![$((stringify!($field).to_string(), offset_of!($rust, $field))),*];
+            assert_eq!(members, rust, "{}", $wgsl);
+            assert_eq!(span, size_of::<$rust>(), "size of {}", $wgsl);
+        };
+    }
+
+    #[test]
+    fn rust_and_wgsl_agree_on_every_offset() {
+        // Fails when a field is added, moved or retyped on one side only: the GPU would read noise.
+        let (trace, shade) = (super::super::trace_source("f32"), super::super::SHADE);
+        same_layout!(&trace, "PixelAffine", PixelAffinePairs, [base_hi, base_lo, per_x_hi, per_x_lo, per_y_hi, per_y_lo]);
+        same_layout!(
+            &trace,
+            "TraceParams",
+            TraceParams,
+            [origin, direction, normal_to_world, dims, level, bricks, sign, tile, pass_number, stride, s_max, only_nearest]
+        );
+        same_layout!(
+            shade,
+            "ShadeParams",
+            ShadeParams,
+            [
+                view_base,
+                view_per_x,
+                view_per_y,
+                toward_light,
+                ambient,
+                background,
+                diffuse,
+                specular,
+                shininess,
+                base_mm,
+                corner,
+                tile,
+                passes,
+                stride,
+                overlay
+            ]
+        );
+        same_layout!(shade, "ShadeLayer", ShadeLayer, [color, id]);
+    }
+
+    #[test]
+    fn pairs_hold_twelve_digits() {
+        // Fails if hi and lo do not add up: rays would start in the wrong place.
+        let v = DVec3::new(123.456_789_012_345, -0.001_234_567_890_123, 511.999_999_99);
+        for upper in [upper_16 as fn(f64) -> f32, |v| v as f32] {
+            let (hi, lo) = split(v, upper);
+            for a in 0..3 {
+                let sum = f64::from(hi[a]) + f64::from(lo[a]);
+                assert!((sum - v[a]).abs() <= v[a].abs() * 1e-11, "{sum} {}", v[a]);
+            }
+        }
+    }
+}

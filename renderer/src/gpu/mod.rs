@@ -1,0 +1,171 @@
+//! The GPU renderer: one compute pass for each volume and one for shading, tile by tile, so that no dispatch comes near the
+//! time after which operating systems kill it.
+
+mod device;
+mod layout;
+mod pipelines;
+mod upload;
+
+use device::Gpu;
+pub use device::GpuError;
+use layout::{PixelAffinePairs, ShadeLayer, ShadeParams, TraceParams, padded, padded_matrix};
+use pipelines::{Pipelines, Target};
+
+use crate::frame::{Frame, MapCache};
+use crate::occupancy::DistanceMap;
+use crate::scene::{Mode, Picture, Scene};
+use crate::{RenderError, Renderer};
+use bregma_volume::Volume;
+use std::sync::{Arc, Weak};
+
+/// Side of a tile in pixels; below 256 pixel numbers have 8 bits, which keeps ray set-up exact (see `line.wgsl`).
+const TILE: u32 = 256;
+/// Tiles in one submission: about 0.2 s of a software driver, a few ms of a graphics card.
+const TILES_PER_SUBMISSION: usize = 8;
+
+/// The WGSL of the pass over a volume whose texture has components of type `sample`.
+fn trace_source(sample: &str) -> String {
+    let walk = include_str!("../../../shaders/walk.wgsl").replace("SAMPLE", sample);
+    [
+        include_str!("../../../shaders/line.wgsl"),
+        include_str!("../../../shaders/cubic.wgsl"),
+        &walk,
+        include_str!("../../../shaders/trace.wgsl"),
+    ]
+    .join("\n")
+}
+
+/// The WGSL of the shading pass.
+const SHADE: &str = include_str!("../../../shaders/shade.wgsl");
+
+/// Draws on the GPU. Keeps volumes, distance maps and pictures there between frames.
+#[derive(Debug)]
+pub struct GpuRenderer {
+    gpu: Gpu,
+    pipelines: Pipelines,
+    maps: MapCache,
+    volumes: Vec<(Weak<Volume>, wgpu::Texture)>,
+    map_textures: Vec<(Weak<DistanceMap>, wgpu::Texture)>,
+    target: Option<Target>,
+}
+
+impl GpuRenderer {
+    /// On the fastest adapter; a software driver only if `software` allows it.
+    pub fn new(software: bool) -> Result<Self, GpuError> {
+        let gpu = Gpu::open(software)?;
+        let pipelines = Pipelines::new(&gpu);
+        Ok(Self { gpu, pipelines, maps: MapCache::default(), volumes: vec![], map_textures: vec![], target: None })
+    }
+
+    fn sample_texture(&mut self, volume: &Arc<Volume>) -> Result<wgpu::Texture, GpuError> {
+        cached(&mut self.volumes, volume, || upload::upload_samples(&self.gpu, volume))
+    }
+
+    fn map_texture(&mut self, map: &Arc<DistanceMap>) -> Result<wgpu::Texture, GpuError> {
+        cached(&mut self.map_textures, map, || upload::upload_map(&self.gpu, map))
+    }
+
+    fn draw(&mut self, frame: &Frame, scene: &Scene, width: u32, height: u32) -> Result<Picture, GpuError> {
+        let limit = self.gpu.device.limits().max_texture_dimension_2d;
+        if width > limit || height > limit {
+            return Err(GpuError::PictureTooLarge { width, height, limit, adapter: self.gpu.info.name.clone() });
+        }
+        let mut volumes = Vec::new();
+        // A volume without cells has nothing to walk, and a texture needs at least one brick.
+        let layers: Vec<_> = frame.layers.iter().filter(|l| !l.surface.grid.is_flat()).collect();
+        for layer in &layers {
+            let samples = self.sample_texture(&layer.surface.volume)?;
+            let map = self.map_texture(&layer.map)?;
+            volumes.push((samples, map, upload::kind_of(layer.surface.volume.samples()).1));
+        }
+        let target = match self.target.take() {
+            Some(t) if t.width == width && t.height == height => t,
+            _ => Target::new(&self.gpu, width, height),
+        };
+        let stride = TILE * TILE;
+        let tiles: Vec<[u32; 4]> = (0..height)
+            .step_by(TILE as usize)
+            .flat_map(|y| (0..width).step_by(TILE as usize).map(move |x| [x, y, TILE.min(width - x), TILE.min(height - y)]))
+            .collect();
+        let trace: Vec<TraceParams> = tiles
+            .iter()
+            .flat_map(|&[x, y, w, h]| layers.iter().enumerate().map(move |(pass, layer)| (x, y, w, h, pass, layer)))
+            .map(|(x, y, w, h, pass, layer)| {
+                let rays = layer.rays.from_pixel(x, y);
+                TraceParams {
+                    origin: PixelAffinePairs::new(&rays.origin),
+                    direction: PixelAffinePairs::new(&rays.direction),
+                    normal_to_world: padded_matrix(layer.normal_to_world),
+                    dims: layer.surface.grid.dims().map(|n| n as i32),
+                    level: layer.surface.level,
+                    bricks: layer.map.dims().map(|n| n as i32),
+                    sign: layer.surface.sign,
+                    tile: [w, h],
+                    pass_number: pass as u32,
+                    stride,
+                    s_max: frame.s_max,
+                    only_nearest: u32::from(frame.only_nearest),
+                    padding: [0; 2],
+                }
+            })
+            .collect();
+        let shade: Vec<ShadeParams> = tiles
+            .iter()
+            .map(|&[x, y, w, h]| {
+                let view = frame.world_rays.from_pixel(x, y).direction;
+                ShadeParams {
+                    view_base: padded(view.base.as_vec3()),
+                    view_per_x: padded(view.per_x.as_vec3()),
+                    view_per_y: padded(view.per_y.as_vec3()),
+                    toward_light: frame.toward_light.to_array(),
+                    ambient: scene.light.ambient,
+                    background: frame.background.to_array(),
+                    diffuse: scene.light.diffuse,
+                    specular: scene.light.specular,
+                    shininess: scene.light.shininess,
+                    base_mm: frame.base_mm as f32,
+                    corner: [x, y],
+                    tile: [w, h],
+                    passes: layers.len() as u32,
+                    stride,
+                    overlay: u32::from(scene.mode == Mode::Overlay),
+                    padding: 0,
+                }
+            })
+            .collect();
+        let colors: Vec<ShadeLayer> = layers
+            .iter()
+            .map(|l| ShadeLayer { color: l.color.extend(l.opacity).to_array(), id: l.index as u32 + 1, padding: [0; 3] })
+            .collect();
+        self.pipelines.run(&self.gpu, &volumes, &trace, &shade, &colors, &target, &tiles);
+        let picture = target.read(&self.gpu)?;
+        self.target = Some(target);
+        Ok(picture)
+    }
+}
+
+impl Renderer for GpuRenderer {
+    fn name(&self) -> String {
+        self.gpu.name()
+    }
+
+    fn render(&mut self, volumes: &[Arc<Volume>], scene: &Scene, width: u32, height: u32) -> Result<Picture, RenderError> {
+        let frame = Frame::new(&mut self.maps, volumes, scene, width, height)?;
+        Ok(self.draw(&frame, scene, width, height)?)
+    }
+}
+
+/// The texture of `of`, made when it is new; those whose source is gone are dropped.
+fn cached<T>(
+    cache: &mut Vec<(Weak<T>, wgpu::Texture)>,
+    of: &Arc<T>,
+    make: impl FnOnce() -> Result<wgpu::Texture, GpuError>,
+) -> Result<wgpu::Texture, GpuError> {
+    cache.retain(|(source, _)| source.strong_count() > 0);
+    if let Some((_, texture)) = cache.iter().find(|(source, _)| std::ptr::eq(source.as_ptr(), Arc::as_ptr(of))) {
+        return Ok(texture.clone());
+    }
+    let texture = make()?;
+    cache.push((Arc::downgrade(of), texture.clone()));
+    Ok(texture)
+}

@@ -1,0 +1,266 @@
+//! The compute pipelines, what is bound to them, and the picture they leave.
+
+use super::device::{Gpu, GpuError};
+use super::layout::{ShadeLayer, ShadeParams, TraceParams};
+use super::{SHADE, TILE, TILES_PER_SUBMISSION, trace_source};
+use crate::scene::Picture;
+use wgpu::{BindGroupEntry, BindGroupLayoutEntry, BindingType, BufferBindingType, BufferUsages, TextureFormat, TextureSampleType};
+
+/// A pass over volumes of one texture type.
+#[derive(Debug)]
+struct Trace {
+    sample: &'static str,
+    layout: wgpu::BindGroupLayout,
+    pipeline: wgpu::ComputePipeline,
+}
+
+/// All pipelines, compiled once.
+#[derive(Debug)]
+pub(super) struct Pipelines {
+    trace: Vec<Trace>,
+    shade_layout: wgpu::BindGroupLayout,
+    shade: wgpu::ComputePipeline,
+}
+
+fn entry(binding: u32, ty: BindingType) -> BindGroupLayoutEntry {
+    BindGroupLayoutEntry { binding, visibility: wgpu::ShaderStages::COMPUTE, ty, count: None }
+}
+
+fn buffer(ty: BufferBindingType, has_dynamic_offset: bool) -> BindingType {
+    BindingType::Buffer { ty, has_dynamic_offset, min_binding_size: None }
+}
+
+fn volume_texture(sample_type: TextureSampleType) -> BindingType {
+    BindingType::Texture { sample_type, view_dimension: wgpu::TextureViewDimension::D3, multisampled: false }
+}
+
+fn picture_texture(format: TextureFormat) -> BindingType {
+    let access = wgpu::StorageTextureAccess::WriteOnly;
+    BindingType::StorageTexture { access, format, view_dimension: wgpu::TextureViewDimension::D2 }
+}
+
+const COLOR: TextureFormat = TextureFormat::Rgba8Unorm;
+const DEPTH: TextureFormat = TextureFormat::R32Float;
+const ID: TextureFormat = TextureFormat::R32Uint;
+
+fn compile(gpu: &Gpu, name: &str, source: &str, entries: &[BindGroupLayoutEntry]) -> (wgpu::BindGroupLayout, wgpu::ComputePipeline) {
+    let device = &gpu.device;
+    let source = wgpu::ShaderSource::Wgsl(source.into());
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(name), source });
+    let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(name), entries });
+    let bind_group_layouts = &[Some(&layout)];
+    let pipeline_layout =
+        device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor { label: Some(name), bind_group_layouts, immediate_size: 0 });
+    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some(name),
+        layout: Some(&pipeline_layout),
+        module: &module,
+        entry_point: Some(name),
+        compilation_options: Default::default(),
+        cache: None,
+    });
+    (layout, pipeline)
+}
+
+impl Pipelines {
+    pub fn new(gpu: &Gpu) -> Self {
+        let types =
+            [("u32", TextureSampleType::Uint), ("i32", TextureSampleType::Sint), ("f32", TextureSampleType::Float { filterable: false })];
+        let trace = types.map(|(sample, sample_type)| {
+            let entries = [
+                entry(0, buffer(BufferBindingType::Uniform, true)),
+                entry(1, volume_texture(sample_type)),
+                entry(2, volume_texture(TextureSampleType::Uint)),
+                entry(3, buffer(BufferBindingType::Storage { read_only: false }, false)),
+            ];
+            let (layout, pipeline) = compile(gpu, "trace", &trace_source(sample), &entries);
+            Trace { sample, layout, pipeline }
+        });
+        let entries = [
+            entry(0, buffer(BufferBindingType::Uniform, true)),
+            entry(1, buffer(BufferBindingType::Storage { read_only: true }, false)),
+            entry(2, buffer(BufferBindingType::Storage { read_only: true }, false)),
+            entry(3, picture_texture(COLOR)),
+            entry(4, picture_texture(DEPTH)),
+            entry(5, picture_texture(ID)),
+        ];
+        let (shade_layout, shade) = compile(gpu, "shade", SHADE, &entries);
+        Self { trace: trace.into(), shade_layout, shade }
+    }
+
+    /// Runs all passes over all tiles. `trace` holds, tile by tile, one entry for each of `volumes` (samples, map, component type).
+    #[expect(clippy::too_many_arguments, reason = "each is a different part of one picture")]
+    pub fn run(
+        &self,
+        gpu: &Gpu,
+        volumes: &[(wgpu::Texture, wgpu::Texture, &str)],
+        trace: &[TraceParams],
+        shade: &[ShadeParams],
+        colors: &[ShadeLayer],
+        target: &Target,
+        tiles: &[[u32; 4]],
+    ) {
+        let hit_bytes = u64::from(TILE * TILE) * 16 * volumes.len().max(1) as u64;
+        let hits = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("hits"),
+            size: hit_bytes,
+            usage: BufferUsages::STORAGE,
+            mapped_at_creation: false,
+        });
+        let (trace_buffer, trace_step) = aligned_buffer(gpu, trace);
+        let (shade_buffer, shade_step) = aligned_buffer(gpu, shade);
+        let unused = [ShadeLayer { color: [0.0; 4], id: 0, padding: [0; 3] }];
+        let colors = bytemuck::cast_slice(if colors.is_empty() { &unused } else { colors });
+        let colors_buffer = filled_buffer(gpu, colors, BufferUsages::STORAGE);
+        let view = |t: &wgpu::Texture| t.create_view(&Default::default());
+        let one = |buffer, size: usize| {
+            let size = std::num::NonZeroU64::new(size as u64);
+            wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset: 0, size })
+        };
+        let passes: Vec<(&Trace, wgpu::BindGroup)> = volumes
+            .iter()
+            .map(|(samples, map, component)| {
+                let trace = self.trace.iter().find(|t| t.sample == *component).expect("there is a pipeline for each component type");
+                let (samples, map) = (view(samples), view(map));
+                let entries = [
+                    BindGroupEntry { binding: 0, resource: one(&trace_buffer, size_of::<TraceParams>()) },
+                    BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(&samples) },
+                    BindGroupEntry { binding: 2, resource: wgpu::BindingResource::TextureView(&map) },
+                    BindGroupEntry { binding: 3, resource: hits.as_entire_binding() },
+                ];
+                let group = wgpu::BindGroupDescriptor { label: Some("trace"), layout: &trace.layout, entries: &entries };
+                (trace, gpu.device.create_bind_group(&group))
+            })
+            .collect();
+        let [color, depth, id] = [&target.color, &target.depth, &target.id].map(view);
+        let entries = [
+            BindGroupEntry { binding: 0, resource: one(&shade_buffer, size_of::<ShadeParams>()) },
+            BindGroupEntry { binding: 1, resource: hits.as_entire_binding() },
+            BindGroupEntry { binding: 2, resource: colors_buffer.as_entire_binding() },
+            BindGroupEntry { binding: 3, resource: wgpu::BindingResource::TextureView(&color) },
+            BindGroupEntry { binding: 4, resource: wgpu::BindingResource::TextureView(&depth) },
+            BindGroupEntry { binding: 5, resource: wgpu::BindingResource::TextureView(&id) },
+        ];
+        let group = wgpu::BindGroupDescriptor { label: Some("shade"), layout: &self.shade_layout, entries: &entries };
+        let shade_group = gpu.device.create_bind_group(&group);
+        for (batch, part) in tiles.chunks(TILES_PER_SUBMISSION).enumerate() {
+            let mut encoder = gpu.device.create_command_encoder(&Default::default());
+            let mut pass = encoder.begin_compute_pass(&Default::default());
+            for (n, &[_, _, w, h]) in part.iter().enumerate() {
+                let tile = batch * TILES_PER_SUBMISSION + n;
+                let (groups_x, groups_y) = (w.div_ceil(8), h.div_ceil(8));
+                for (p, (trace, group)) in passes.iter().enumerate() {
+                    pass.set_pipeline(&trace.pipeline);
+                    pass.set_bind_group(0, group, &[(tile * passes.len() + p) as u32 * trace_step]);
+                    pass.dispatch_workgroups(groups_x, groups_y, 1);
+                }
+                pass.set_pipeline(&self.shade);
+                pass.set_bind_group(0, &shade_group, &[tile as u32 * shade_step]);
+                pass.dispatch_workgroups(groups_x, groups_y, 1);
+            }
+            drop(pass);
+            gpu.queue.submit([encoder.finish()]);
+        }
+    }
+}
+
+/// A uniform buffer of `items` and the bytes from one to the next, as dynamic offsets must be aligned.
+fn aligned_buffer<T: bytemuck::Pod>(gpu: &Gpu, items: &[T]) -> (wgpu::Buffer, u32) {
+    let step = (size_of::<T>() as u32).next_multiple_of(gpu.device.limits().min_uniform_buffer_offset_alignment);
+    let mut bytes = vec![0; step as usize * items.len().max(1)];
+    for (slot, item) in bytes.chunks_mut(step as usize).zip(items) {
+        slot[..size_of::<T>()].copy_from_slice(bytemuck::bytes_of(item));
+    }
+    (filled_buffer(gpu, &bytes, BufferUsages::UNIFORM), step)
+}
+
+fn filled_buffer(gpu: &Gpu, bytes: &[u8], usage: BufferUsages) -> wgpu::Buffer {
+    let descriptor = wgpu::BufferDescriptor {
+        label: Some("parameters"),
+        size: bytes.len() as u64,
+        usage: usage | BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    };
+    let buffer = gpu.device.create_buffer(&descriptor);
+    gpu.queue.write_buffer(&buffer, 0, bytes);
+    buffer
+}
+
+/// The picture on the GPU, and the way back.
+#[derive(Debug)]
+pub(super) struct Target {
+    pub width: u32,
+    pub height: u32,
+    color: wgpu::Texture,
+    depth: wgpu::Texture,
+    id: wgpu::Texture,
+    /// All three, one after the other.
+    readback: wgpu::Buffer,
+}
+
+/// Each of the three formats has 4 bytes a pixel.
+const PIXEL_BYTES: u32 = 4;
+
+impl Target {
+    pub fn new(gpu: &Gpu, width: u32, height: u32) -> Self {
+        let texture = |format| {
+            gpu.device.create_texture(&wgpu::TextureDescriptor {
+                label: Some("picture"),
+                size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_SRC,
+                view_formats: &[],
+            })
+        };
+        let readback = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("picture"),
+            size: 3 * u64::from(row_bytes(width)) * u64::from(height),
+            usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        Self { width, height, color: texture(COLOR), depth: texture(DEPTH), id: texture(ID), readback }
+    }
+
+    /// Waits for the picture and copies it to memory.
+    pub fn read(&self, gpu: &Gpu) -> Result<Picture, GpuError> {
+        let (row, plane) = (row_bytes(self.width), u64::from(row_bytes(self.width)) * u64::from(self.height));
+        let size = wgpu::Extent3d { width: self.width, height: self.height, depth_or_array_layers: 1 };
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        for (n, texture) in [&self.color, &self.depth, &self.id].into_iter().enumerate() {
+            let layout = wgpu::TexelCopyBufferLayout { offset: n as u64 * plane, bytes_per_row: Some(row), rows_per_image: None };
+            encoder.copy_texture_to_buffer(texture.as_image_copy(), wgpu::TexelCopyBufferInfo { buffer: &self.readback, layout }, size);
+        }
+        gpu.queue.submit([encoder.finish()]);
+        let (sender, receiver) = std::sync::mpsc::channel();
+        // The receiver outlives the wait below; a send to nobody would mean the wait failed, which is reported.
+        self.readback.map_async(wgpu::MapMode::Read, .., move |mapped| drop(sender.send(mapped)));
+        gpu.wait()?;
+        receiver.try_recv().map_err(|e| gpu.failed(e.to_string()))?.map_err(|e| gpu.failed(e.to_string()))?;
+        let picture = {
+            let bytes = self.readback.get_mapped_range(..).map_err(|e| gpu.failed(e.to_string()))?;
+            let used = (self.width * PIXEL_BYTES) as usize;
+            let pixels = |n: u64| {
+                let plane = &bytes[(n * plane) as usize..((n + 1) * plane) as usize];
+                plane.chunks(row as usize).flat_map(move |r| r[..used].chunks_exact(4)).map(|p| [p[0], p[1], p[2], p[3]])
+            };
+            let depth = |p: [u8; 4]| Some(f32::from_le_bytes(p)).filter(|d| *d >= 0.0).unwrap_or(f32::NAN);
+            Picture {
+                width: self.width,
+                height: self.height,
+                rgba: pixels(0).collect(),
+                depth_mm: pixels(1).map(depth).collect(),
+                volume_id: pixels(2).map(|p| p[0]).collect(),
+            }
+        };
+        self.readback.unmap();
+        Ok(picture)
+    }
+}
+
+/// Rows in a buffer start at multiples of 256 bytes (WebGPU, "bytesPerRow").
+fn row_bytes(width: u32) -> u32 {
+    (width * PIXEL_BYTES).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT)
+}

@@ -1,0 +1,72 @@
+//! Volumes as 3D textures in the type of their samples: `textureLoad` returns exactly what the file holds.
+
+use super::device::{Gpu, GpuError};
+use crate::occupancy::DistanceMap;
+use bregma_volume::{Samples, Volume};
+
+/// How samples are stored on the GPU: the texture's format and its component type in WGSL.
+pub(super) fn kind_of(samples: &Samples) -> (wgpu::TextureFormat, &'static str) {
+    match samples {
+        Samples::U8(_) => (wgpu::TextureFormat::R8Uint, "u32"),
+        Samples::U16(_) => (wgpu::TextureFormat::R16Uint, "u32"),
+        Samples::I16(_) => (wgpu::TextureFormat::R16Sint, "i32"),
+        Samples::F32(_) => (wgpu::TextureFormat::R32Float, "f32"),
+    }
+}
+
+/// Uploads the samples of `volume`.
+pub(super) fn upload_samples(gpu: &Gpu, volume: &Volume) -> Result<wgpu::Texture, GpuError> {
+    let bytes: &[u8] = match volume.samples() {
+        Samples::U8(s) => s,
+        Samples::U16(s) => bytemuck::cast_slice(s),
+        Samples::I16(s) => bytemuck::cast_slice(s),
+        Samples::F32(s) => bytemuck::cast_slice(s),
+    };
+    upload(gpu, volume.grid().dims(), kind_of(volume.samples()).0, bytes)
+}
+
+/// Uploads a distance map.
+pub(super) fn upload_map(gpu: &Gpu, map: &DistanceMap) -> Result<wgpu::Texture, GpuError> {
+    upload(gpu, map.dims(), wgpu::TextureFormat::R8Uint, map.distances())
+}
+
+/// Bytes on their way at once: the driver keeps a copy of what is not yet on the card.
+const SLAB_BYTES: usize = 64 << 20;
+
+fn upload(gpu: &Gpu, dims: [usize; 3], format: wgpu::TextureFormat, bytes: &[u8]) -> Result<wgpu::Texture, GpuError> {
+    let limit = gpu.device.limits().max_texture_dimension_3d;
+    if dims.iter().any(|&n| n > limit as usize) {
+        return Err(GpuError::TooLarge { dims, limit, adapter: gpu.info.name.clone() });
+    }
+    let [width, height, depth] = dims.map(|n| n as u32);
+    let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("volume"),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: depth },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D3,
+        format,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    });
+    if pollster::block_on(scope.pop()).is_some() {
+        return Err(GpuError::Memory { mib: bytes.len() >> 20, adapter: gpu.info.name.clone() });
+    }
+    let layer_bytes = bytes.len() / depth as usize;
+    let layers = (SLAB_BYTES / layer_bytes).max(1);
+    for (n, slab) in bytes.chunks(layers * layer_bytes).enumerate() {
+        let mut target = texture.as_image_copy();
+        target.origin.z = (n * layers) as u32;
+        let layout = wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some((layer_bytes / height as usize) as u32),
+            rows_per_image: Some(height),
+        };
+        let size = wgpu::Extent3d { width, height, depth_or_array_layers: (slab.len() / layer_bytes) as u32 };
+        gpu.queue.write_texture(target, slab, layout, size);
+        gpu.queue.submit([]);
+        gpu.wait()?;
+    }
+    Ok(texture)
+}

@@ -1,0 +1,345 @@
+//! The float64 reference: every crossing of a ray and an isosurface, in order, with its certified bracket.
+//!
+//! It shares nothing with the fast renderers but the definition of the surface: no bricks, no leaps, no float32, and roots
+//! isolated by Descartes' rule of signs in the Bernstein basis (Lane and Riesenfeld 1981) instead of turning points.
+//! Pictures are held to it by tests; the difference ray is it.
+
+use crate::camera::Ray;
+use crate::scene::Surface;
+use bregma_volume::{IndexPoint, Sample, WorldPoint, with_samples};
+use glam::{DVec3, USizeVec3};
+use serde::Serialize;
+use std::ops::ControlFlow;
+
+/// What a ray does where it meets the surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Kind {
+    /// From outside into the bone.
+    Enter,
+    /// From the bone to the outside.
+    Exit,
+    /// A root without a change of sides.
+    Touch,
+}
+
+/// One meeting of the ray and the surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crossing {
+    /// Distance from the ray's origin, mm.
+    pub t_mm: f64,
+    /// What happens there.
+    pub kind: Kind,
+    /// Half the width of the certified bracket of the root, plus what rounding of the cubic can move it; mm.
+    pub error_mm: f64,
+    /// The cell, by its lowest sample.
+    pub cell: USizeVec3,
+    /// The point in index space.
+    pub point: IndexPoint,
+    /// Outward normal in the world, unit; of the volume's face where `clipped`.
+    pub normal: DVec3,
+    /// Change of the sample along the ray per mm (sample units); 0 where `clipped`.
+    pub slope_per_mm: f64,
+    /// The ray enters or leaves the volume's box here while inside bone.
+    pub clipped: bool,
+}
+
+/// The stretch of a ray within a volume's box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BoxSpan {
+    /// First and last t in the box, mm.
+    pub t_mm: [f64; 2],
+    /// Axis and side (−1 or 1) of the faces passed there; `None` where the ray's origin is inside.
+    faces: [Option<(usize, f64)>; 2],
+}
+
+/// The ray in the index space of a surface's volume: same t, not a unit direction.
+struct IndexLine {
+    origin: DVec3,
+    direction: DVec3,
+}
+
+fn index_line(surface: &Surface, ray: &Ray) -> IndexLine {
+    let to_index = surface.grid.world_to_index();
+    IndexLine { origin: surface.grid.index(ray.origin).0, direction: to_index.transform_vector3(ray.direction) }
+}
+
+/// Where `ray` (t ≥ 0) is inside the box of the surface's volume; `None` when it misses, or the volume has no cells.
+pub fn box_span(surface: &Surface, ray: &Ray) -> Option<BoxSpan> {
+    let line = index_line(surface, ray);
+    let mut span = BoxSpan { t_mm: [0.0, f64::INFINITY], faces: [None; 2] };
+    for axis in 0..3 {
+        let (o, d, n) = (line.origin[axis], line.direction[axis], surface.grid.cells()[axis] as f64);
+        if d == 0.0 {
+            if !(0.0..=n).contains(&o) {
+                return None;
+            }
+            continue;
+        }
+        let (near, far, side) = if d > 0.0 { (0.0, n, 1.0) } else { (n, 0.0, -1.0) };
+        let (t_near, t_far) = ((near - o) / d, (far - o) / d);
+        if t_near > span.t_mm[0] {
+            (span.t_mm[0], span.faces[0]) = (t_near, Some((axis, -side)));
+        }
+        if t_far < span.t_mm[1] {
+            (span.t_mm[1], span.faces[1]) = (t_far, Some((axis, side)));
+        }
+    }
+    (!surface.grid.is_flat() && span.t_mm[0] < span.t_mm[1]).then_some(span)
+}
+
+/// The first crossing of the ray that enters the bone: the point a picture shows.
+pub fn first_entry(surface: &Surface, ray: &Ray) -> Option<Crossing> {
+    let mut first = None;
+    walk(surface, ray, &mut |crossing| {
+        if crossing.kind == Kind::Exit {
+            return ControlFlow::Continue(());
+        }
+        first = Some(crossing);
+        ControlFlow::Break(())
+    });
+    first
+}
+
+/// Every crossing of the ray (t ≥ 0), in order.
+pub fn crossings(surface: &Surface, ray: &Ray) -> Vec<Crossing> {
+    let mut all: Vec<Crossing> = Vec::new();
+    walk(surface, ray, &mut |crossing| {
+        match all.last_mut() {
+            // In and out at one point, as through a corner whose sample equals the isovalue: the ray only touches there.
+            Some(last) if last.kind != Kind::Touch && last.kind != crossing.kind && meet(last, &crossing) => last.kind = Kind::Touch,
+            _ => all.push(crossing),
+        }
+        ControlFlow::Continue(())
+    });
+    all
+}
+
+/// True when two crossings cannot be told apart within their brackets.
+fn meet(a: &Crossing, b: &Crossing) -> bool {
+    b.t_mm - a.t_mm <= a.error_mm + b.error_mm
+}
+
+/// The trilinear interpolant minus the level at an index-space point, times the surface's sign; and its gradient.
+pub fn field(surface: &Surface, point: IndexPoint) -> (f64, DVec3) {
+    let last = USizeVec3::from(surface.grid.cells()) - USizeVec3::ONE;
+    let cell = point.0.max(DVec3::ZERO).as_usizevec3().min(last);
+    let f = corners(surface, cell);
+    let p = point.0 - cell.as_dvec3();
+    (trilinear(&f, p), gradient(&f, p))
+}
+
+fn corners(surface: &Surface, cell: USizeVec3) -> [f64; 8] {
+    with_samples!(surface.volume.samples(), s => corners_of(s, surface, cell))
+}
+
+fn corners_of<T: Sample>(samples: &[T], surface: &Surface, cell: USizeVec3) -> [f64; 8] {
+    let [nx, ny, _] = surface.grid.dims();
+    let base = (cell.z * ny + cell.y) * nx + cell.x;
+    let (level, sign) = (f64::from(surface.level), f64::from(surface.sign));
+    [0, 1, nx, nx + 1, nx * ny, nx * ny + 1, nx * ny + nx, nx * ny + nx + 1].map(|o| sign * (samples[base + o].to_f64() - level))
+}
+
+fn mix(a: f64, b: f64, w: f64) -> f64 {
+    a * (1.0 - w) + b * w
+}
+
+fn trilinear(f: &[f64; 8], p: DVec3) -> f64 {
+    let x = [0, 2, 4, 6].map(|c| mix(f[c], f[c + 1], p.x));
+    mix(mix(x[0], x[1], p.y), mix(x[2], x[3], p.y), p.z)
+}
+
+fn gradient(f: &[f64; 8], p: DVec3) -> DVec3 {
+    let along = |axis: usize| {
+        // The difference across the axis at the four edges, interpolated in the other two.
+        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+        let edge = |a: usize, b: usize| f[a << u | b << v | 1 << axis] - f[a << u | b << v];
+        mix(mix(edge(0, 0), edge(1, 0), p[u]), mix(edge(0, 1), edge(1, 1), p[u]), p[v])
+    };
+    DVec3::new(along(0), along(1), along(2))
+}
+
+/// Visits every crossing in order until told to stop. A tangential root is reported as `Touch`.
+fn walk(surface: &Surface, ray: &Ray, visit: &mut dyn FnMut(Crossing) -> ControlFlow<()>) {
+    let Some(span) = box_span(surface, ray) else { return };
+    let line = index_line(surface, ray);
+    let cells = USizeVec3::from(surface.grid.cells());
+    let [t_first, t_last] = span.t_mm;
+    let entry = snapped(&line, t_first, span.faces[0], cells);
+    // The cell that the ray is in just behind its entry.
+    let mut cell = USizeVec3::ZERO;
+    for a in 0..3 {
+        let at_face = entry[a].fract() == 0.0 && line.direction[a] < 0.0 && entry[a] > 0.0;
+        cell[a] = (entry[a] as usize - usize::from(at_face)).min(cells[a] - 1);
+    }
+    let (mut t, mut p) = (t_first, entry);
+    let mut was_inside = false;
+    loop {
+        let (mut t_out, mut axis) = (t_last, None);
+        for a in 0..3 {
+            let d = line.direction[a];
+            if d != 0.0 {
+                let face = (cell[a] + usize::from(d > 0.0)) as f64;
+                let t_face = (face - line.origin[a]) / d;
+                if t_face < t_out {
+                    (t_out, axis) = (t_face.max(t), Some(a));
+                }
+            }
+        }
+        let mut q = line.origin + t_out * line.direction;
+        if let Some(a) = axis {
+            q[a] = (cell[a] + usize::from(line.direction[a] > 0.0)) as f64;
+        } else {
+            q = snapped(&line, t_last, span.faces[1], cells);
+        }
+        q = q.clamp(cell.as_dvec3(), (cell + USizeVec3::ONE).as_dvec3());
+        let f = corners(surface, cell);
+        let sides = f.iter().filter(|&&v| v >= 0.0).count();
+        let mut stop = false;
+        let mut found = |u: f64, kind: Kind, width: f64, rounding: f64, clipped: Option<(usize, f64)>| {
+            let local = p.lerp(q, u) - cell.as_dvec3();
+            let g = gradient(&f, local);
+            let slope = g.dot(line.direction);
+            let to_world = surface.grid.world_to_index().matrix3.transpose();
+            let outward = match clipped {
+                Some((a, side)) => to_world * (DVec3::AXES[a] * side),
+                None => to_world * -g,
+            };
+            let error_mm = width * (t_out - t) + if slope != 0.0 { rounding / slope.abs() } else { 0.0 } + ROUNDING * t_out.abs();
+            let normal = outward.try_normalize().unwrap_or(-ray.direction);
+            let slope_per_mm = if clipped.is_some() { 0.0 } else { slope * f64::from(surface.sign) };
+            let point = IndexPoint(cell.as_dvec3() + local);
+            let crossing =
+                Crossing { t_mm: t + u * (t_out - t), kind, error_mm, cell, point, normal, slope_per_mm, clipped: clipped.is_some() };
+            stop |= visit(crossing).is_break();
+        };
+        if t == t_first && inside_at(&f, p - cell.as_dvec3()) {
+            // Entered already inside: the surface is closed here (at the eye, where no face was passed, by the view itself).
+            let face = span.faces[0].unwrap_or((0, 0.0));
+            found(0.0, Kind::Enter, 0.0, 0.0, Some(face));
+            was_inside = true;
+        }
+        if sides != 0 && (sides != 8 || !was_inside) {
+            let b = bernstein(&f, p - cell.as_dvec3(), q - cell.as_dvec3());
+            // Rounding of a de Casteljau value is below 16 units of the largest coefficient.
+            let rounding = 16.0 * f64::EPSILON * b.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
+            // A face value that rounding moved across zero between two cells: the crossing is at this entry.
+            if (b[0] >= 0.0) != was_inside {
+                found(0.0, if was_inside { Kind::Exit } else { Kind::Enter }, 0.0, rounding, None);
+                was_inside = !was_inside;
+            }
+            isolate(b, 0.0, 1.0, &mut |u, width, crosses| {
+                let kind = match (crosses, was_inside) {
+                    (false, _) => Kind::Touch,
+                    (true, true) => Kind::Exit,
+                    (true, false) => Kind::Enter,
+                };
+                was_inside ^= crosses;
+                found(u, kind, width, rounding, None);
+            });
+        } else if sides == 0 {
+            was_inside = false;
+        }
+        let ahead = |a: usize| cell[a].wrapping_add_signed(if line.direction[a] > 0.0 { 1 } else { -1 });
+        let next = axis.map(|a| (a, ahead(a))).filter(|&(a, ahead)| ahead < cells[a]);
+        if next.is_none() && was_inside {
+            let face = axis.map(|a| (a, line.direction[a].signum())).or(span.faces[1]);
+            found(1.0, Kind::Exit, 0.0, 0.0, Some(face.unwrap_or((0, 0.0))));
+        }
+        let Some((a, ahead)) = next.filter(|_| !stop) else { return };
+        cell[a] = ahead;
+        (t, p) = (t_out, q);
+    }
+}
+
+/// Rounding of t itself, relative.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
+/// The point at t with the coordinate of the face that is passed there exact, and the others within the box.
+fn snapped(line: &IndexLine, t: f64, face: Option<(usize, f64)>, cells: USizeVec3) -> DVec3 {
+    let mut p = line.origin + t * line.direction;
+    if let Some((axis, side)) = face {
+        p[axis] = if side > 0.0 { cells[axis] as f64 } else { 0.0 };
+    }
+    p.clamp(DVec3::ZERO, cells.as_dvec3())
+}
+
+fn inside_at(f: &[f64; 8], local: DVec3) -> bool {
+    trilinear(f, local) >= 0.0
+}
+
+/// Bernstein coefficients of the interpolant along p → q, by its blossom: as in `cubic.rs`, but written from the definition.
+fn bernstein(f: &[f64; 8], p: DVec3, q: DVec3) -> [f64; 4] {
+    let at = |x: DVec3, y: DVec3, z: DVec3| trilinear(f, DVec3::new(x.x, y.y, z.z));
+    [at(p, p, p), (at(q, p, p) + at(p, q, p) + at(p, p, q)) / 3.0, (at(q, q, p) + at(q, p, q) + at(p, q, q)) / 3.0, at(q, q, q)]
+}
+
+/// Halvings before two roots are taken as one: 2⁻⁴⁸ of a cell is finer than float64 places a point in a scan of 16 cells.
+const MAX_HALVINGS: f64 = 1.0 / (1_u64 << 48) as f64;
+
+/// Visits the roots of a Bernstein cubic on [low, high] in order: (u, half width of the bracket, whether it changes sides).
+/// No variation of sign proves no root, one proves exactly one (Descartes); more are halved.
+fn isolate(b: [f64; 4], low: f64, high: f64, visit: &mut dyn FnMut(f64, f64, bool)) {
+    let variations = b.windows(2).filter(|w| (w[0] >= 0.0) != (w[1] >= 0.0)).count();
+    let crosses = (b[0] >= 0.0) != (b[3] >= 0.0);
+    match variations {
+        0 => {}
+        1 => {
+            let (u, width) = refine(b);
+            visit(low + u * (high - low), width * (high - low), true);
+        }
+        _ if high - low <= MAX_HALVINGS => visit((low + high) / 2.0, (high - low) / 2.0, crosses),
+        _ => {
+            let (left, right) = halve(b);
+            let middle = (low + high) / 2.0;
+            isolate(left, low, middle, visit);
+            isolate(right, middle, high, visit);
+        }
+    }
+}
+
+/// De Casteljau's subdivision at ½.
+fn halve(b: [f64; 4]) -> ([f64; 4], [f64; 4]) {
+    let half = |a: f64, b: f64| 0.5 * (a + b);
+    let (c0, c1, c2) = (half(b[0], b[1]), half(b[1], b[2]), half(b[2], b[3]));
+    let (d0, d1) = (half(c0, c1), half(c1, c2));
+    let e = half(d0, d1);
+    ([b[0], c0, d0, e], [e, d1, c2, b[3]])
+}
+
+/// The only root of a cubic with one variation of sign, and half its bracket: Newton inside a bracket, else bisection.
+fn refine(b: [f64; 4]) -> (f64, f64) {
+    let value = |u: f64| {
+        let m = 1.0 - u;
+        (b[0] * m + 3.0 * b[1] * u) * m * m + (3.0 * b[2] * m + b[3] * u) * u * u
+    };
+    let slope = |u: f64| {
+        let m = 1.0 - u;
+        3.0 * ((b[1] - b[0]) * m * m + 2.0 * (b[2] - b[1]) * m * u + (b[3] - b[2]) * u * u)
+    };
+    let from_inside = b[0] >= 0.0;
+    let (mut low, mut high, mut u) = (0.0, 1.0, b[0] / (b[0] - b[3]));
+    // Bisection alone needs 53 halvings; Newton shortens most brackets to a few steps.
+    for _ in 0..80 {
+        let f = value(u);
+        if (f >= 0.0) == from_inside {
+            low = u
+        } else {
+            high = u
+        }
+        if high - low <= f64::EPSILON {
+            break;
+        }
+        let newton = u - f / slope(u);
+        // Just beyond the Newton point, so that the root is fenced from both sides and the bracket shrinks to nothing.
+        let beyond = newton + (newton - u).signum() * 2.0 * f64::EPSILON;
+        let step = if (newton - u).abs() < 1e-9 { beyond } else { newton };
+        u = if step > low && step < high { step } else { 0.5 * (low + high) };
+    }
+    (0.5 * (low + high), 0.5 * (high - low))
+}
+
+/// The world position of a crossing.
+pub fn world(surface: &Surface, crossing: &Crossing) -> WorldPoint {
+    surface.grid.world(crossing.point)
+}

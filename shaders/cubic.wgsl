@@ -1,0 +1,138 @@
+// The solver `exact`: where a ray first crosses the isosurface within one cell.
+// The twin of renderer/src/cubic.rs, which says why each step is as it is.
+
+// Inside bone: ties included, everywhere.
+fn inside(v: f32) -> bool {
+    return v >= 0.0;
+}
+
+// a at w = 0 to b at w = 1; keeps the sign that a and b share, which the builtin mix need not.
+fn blend(a: f32, b: f32, w: f32) -> f32 {
+    return a * (1.0 - w) + b * w;
+}
+
+// Bernstein coefficients over the segment p → q of the trilinear interpolant; corner x + 2y + 4z is at (x, y, z):
+// lower holds the corners with z = 0, upper those with z = 1.
+fn bernstein(lower: vec4<f32>, upper: vec4<f32>, p: vec3<f32>, q: vec3<f32>) -> vec4<f32> {
+    // px_y0z0 reads: x at p, on the edge y = 0, z = 0.
+    let px_y0z0 = blend(lower.x, lower.y, p.x);
+    let px_y1z0 = blend(lower.z, lower.w, p.x);
+    let px_y0z1 = blend(upper.x, upper.y, p.x);
+    let px_y1z1 = blend(upper.z, upper.w, p.x);
+    let qx_y0z0 = blend(lower.x, lower.y, q.x);
+    let qx_y1z0 = blend(lower.z, lower.w, q.x);
+    let qx_y0z1 = blend(upper.x, upper.y, q.x);
+    let qx_y1z1 = blend(upper.z, upper.w, q.x);
+    let pp_z0 = blend(px_y0z0, px_y1z0, p.y);
+    let pp_z1 = blend(px_y0z1, px_y1z1, p.y);
+    let pq_z0 = blend(px_y0z0, px_y1z0, q.y);
+    let pq_z1 = blend(px_y0z1, px_y1z1, q.y);
+    let qp_z0 = blend(qx_y0z0, qx_y1z0, p.y);
+    let qp_z1 = blend(qx_y0z1, qx_y1z1, p.y);
+    let qq_z0 = blend(qx_y0z0, qx_y1z0, q.y);
+    let qq_z1 = blend(qx_y0z1, qx_y1z1, q.y);
+    return vec4<f32>(
+        blend(pp_z0, pp_z1, p.z),
+        (blend(qp_z0, qp_z1, p.z) + blend(pq_z0, pq_z1, p.z) + blend(pp_z0, pp_z1, q.z)) / 3.0,
+        (blend(qq_z0, qq_z1, p.z) + blend(qp_z0, qp_z1, q.z) + blend(pq_z0, pq_z1, q.z)) / 3.0,
+        blend(qq_z0, qq_z1, q.z),
+    );
+}
+
+// The cubic at u. Called `cubic_value` and `cubic_slope` here, as WGSL has no modules.
+fn cubic_value(b: vec4<f32>, u: f32) -> f32 {
+    let m = 1.0 - u;
+    return (b.x * m + 3.0 * b.y * u) * m * m + (3.0 * b.z * m + b.w * u) * u * u;
+}
+
+// Its derivative at u.
+fn cubic_slope(b: vec4<f32>, u: f32) -> f32 {
+    let m = 1.0 - u;
+    return 3.0 * ((b.y - b.x) * m * m + 2.0 * (b.z - b.y) * m * u + (b.w - b.z) * u * u);
+}
+
+// n / d where that lies in (0, 1), else 1. The divisor is guarded before it divides.
+fn ratio(n: f32, d: f32) -> f32 {
+    if abs(n) < abs(d) && n * sign(d) > 0.0 {
+        return n / d;
+    }
+    return 1.0;
+}
+
+// Where the derivative vanishes, ascending; 1 stands for none.
+fn turning_points(b: vec4<f32>) -> vec2<f32> {
+    let q0 = b.y - b.x;
+    let q1 = b.z - b.y;
+    let q2 = b.w - b.z;
+    let a = q0 - 2.0 * q1 + q2;
+    let w = q0 - q1;
+    let discriminant = q1 * q1 - q0 * q2;
+    if discriminant < 0.0 {
+        return vec2<f32>(1.0, 1.0);
+    }
+    let root = sqrt(discriminant);
+    let k = select(w + root, w - root, w < 0.0);
+    let e = ratio(k, a);
+    let f = ratio(q0, k);
+    return vec2<f32>(min(e, f), max(e, f));
+}
+
+const MAX_STEPS: u32 = 10u;
+const STEP_TOLERANCE: f32 = 1e-6;
+
+// The crossing in (low, high), where the cubic is monotonic and the ends lie on different sides.
+fn refine(b: vec4<f32>, first_low: f32, first_high: f32) -> f32 {
+    var low = first_low;
+    var high = first_high;
+    let f_low = cubic_value(b, low);
+    let f_high = cubic_value(b, high);
+    let from_inside = inside(f_low);
+    let span = f_high - f_low;
+    var u = low;
+    if span != 0.0 {
+        u = clamp(low - f_low * ((high - low) / span), low, high);
+    }
+    for (var i = 0u; i < MAX_STEPS; i++) {
+        let f = cubic_value(b, u);
+        let d = cubic_slope(b, u);
+        if inside(f) == from_inside {
+            low = u;
+        } else {
+            high = u;
+        }
+        let room = select(high - u, u - low, (f < 0.0) == (d < 0.0));
+        var next = 0.5 * (low + high);
+        if abs(f) < abs(d) * room {
+            next = u - f / d;
+        }
+        let step = abs(next - u);
+        u = next;
+        if step <= STEP_TOLERANCE {
+            break;
+        }
+    }
+    return u;
+}
+
+// The first u in [0, 1] where the cubic enters the inside; negative when it stays outside.
+fn first_entry(b: vec4<f32>) -> f32 {
+    if inside(b.x) {
+        return 0.0;
+    }
+    if !any(b >= vec4<f32>(0.0)) {
+        return -1.0;
+    }
+    let turns = turning_points(b);
+    if turns.x < 1.0 && inside(cubic_value(b, turns.x)) {
+        return refine(b, 0.0, turns.x);
+    }
+    let low = select(0.0, turns.x, turns.x < 1.0);
+    if turns.y < 1.0 && inside(cubic_value(b, turns.y)) {
+        return refine(b, low, turns.y);
+    }
+    let last_low = select(low, turns.y, turns.y < 1.0);
+    if inside(b.w) {
+        return refine(b, last_low, 1.0);
+    }
+    return -1.0;
+}

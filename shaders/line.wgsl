@@ -1,0 +1,62 @@
+// A pixel's ray in index space as pairs of float32, since a GPU has no float64: the value is hi + lo.
+// The twin of `Line` in renderer/src/cpu/walk.rs and `PixelAffine` in renderer/src/camera.rs.
+//
+// Every product that must be exact is of factors short enough to be so, and is therefore the same whether or not a driver
+// fuses it with the sum that follows.
+
+struct Double {
+    hi: vec3<f32>,
+    lo: vec3<f32>,
+}
+
+// A point that moves linearly with the pixel of a tile. The hi parts of per_x and per_y have 16 significant bits, so that
+// their products with a pixel number below 256 are exact.
+struct PixelAffine {
+    base_hi: vec3<f32>,
+    base_lo: vec3<f32>,
+    per_x_hi: vec3<f32>,
+    per_x_lo: vec3<f32>,
+    per_y_hi: vec3<f32>,
+    per_y_lo: vec3<f32>,
+}
+
+struct Line {
+    origin: Double,
+    direction: Double,
+}
+
+// a + b and what rounding lost of it (Knuth, TAOCP 2, 4.2.2, theorem B).
+fn two_sum(a: vec3<f32>, b: vec3<f32>) -> Double {
+    let sum = a + b;
+    let b_part = sum - a;
+    return Double(sum, (a - (sum - b_part)) + (b - b_part));
+}
+
+// The value at a pixel of the tile.
+fn at_pixel(a: PixelAffine, x: f32, y: f32) -> Double {
+    let first = two_sum(a.base_hi, x * a.per_x_hi);
+    let second = two_sum(first.hi, y * a.per_y_hi);
+    let lo = first.lo + second.lo + a.base_lo + x * a.per_x_lo + y * a.per_y_lo;
+    return two_sum(second.hi, lo);
+}
+
+// The upper 12 significant bits: products of two such numbers are exact.
+fn upper(v: vec3<f32>) -> vec3<f32> {
+    return bitcast<vec3<f32>>(bitcast<vec3<u32>>(v) & vec3<u32>(0xfffff000u));
+}
+
+// The point at s.
+fn line_at(line: Line, s: f32) -> Double {
+    let s_hi = upper(vec3<f32>(s));
+    let s_lo = vec3<f32>(s) - s_hi;
+    let d_hi = upper(line.direction.hi);
+    let d_lo = line.direction.hi - d_hi;
+    let sum = two_sum(line.origin.hi, s_hi * d_hi);
+    let small = (s_hi * d_lo + s_lo * d_hi) + s_lo * d_lo + s * line.direction.lo;
+    return Double(sum.hi, sum.lo + line.origin.lo + small);
+}
+
+// p relative to a corner with integer coordinates near it.
+fn relative_to(p: Double, corner: vec3<f32>) -> vec3<f32> {
+    return (p.hi - corner) + p.lo;
+}

@@ -1,0 +1,232 @@
+// Following a ray to its first hit: leaps between range bricks, then cell by cell within a brick that may hold the surface.
+// The twin of renderer/src/cpu/walk.rs, which says why each step is as it is.
+
+// SAMPLE is replaced by u32, i32 or f32, the component type of the scan's texture.
+@group(0) @binding(1) var samples: texture_3d<SAMPLE>;
+@group(0) @binding(2) var distances: texture_3d<u32>;
+
+const BRICK: i32 = 8;
+const STILL: f32 = 1e-12;
+const FAR: f32 = 1e30;
+
+const MISSED: u32 = 0u;
+const MET_ISOSURFACE: u32 = 1u;
+const MET_FACE: u32 = 2u;
+const MET_EYE: u32 = 3u;
+
+struct Hit {
+    s: f32,
+    cell: vec3<i32>,
+    local: vec3<f32>,
+    met: u32,
+    // Outward normal of the box's face in index space, where met is MET_FACE.
+    face: vec3<f32>,
+}
+
+fn missed() -> Hit {
+    return Hit(0.0, vec3<i32>(0), vec3<f32>(0.0), MISSED, vec3<f32>(0.0));
+}
+
+// A direction with what stepping along it needs.
+struct Pace {
+    direction: vec3<f32>,
+    inverse: vec3<f32>,
+    moves: vec3<bool>,
+    forward: vec3<bool>,
+}
+
+fn pace_of(direction: vec3<f32>) -> Pace {
+    let moves = abs(direction) >= vec3<f32>(STILL);
+    let inverse = select(vec3<f32>(0.0), 1.0 / select(vec3<f32>(1.0), direction, moves), moves);
+    return Pace(direction, inverse, moves, direction > vec3<f32>(0.0));
+}
+
+// Distances from p to a plane across each axis; `other` where it is never reached.
+fn to_planes(pace: Pace, planes: vec3<f32>, p: vec3<f32>, other: f32) -> vec3<f32> {
+    return select(vec3<f32>(other), (planes - p) * pace.inverse, pace.moves);
+}
+
+fn least(v: vec3<f32>) -> f32 {
+    return min(v.x, min(v.y, v.z));
+}
+
+fn greatest(v: vec3<f32>) -> f32 {
+    return max(v.x, max(v.y, v.z));
+}
+
+// The first axis on which v has the value of its extreme.
+fn axis_of(v: vec3<f32>, extreme: f32) -> vec3<bool> {
+    if v.x == extreme {
+        return vec3<bool>(true, false, false);
+    }
+    if v.y == extreme {
+        return vec3<bool>(false, true, false);
+    }
+    return vec3<bool>(false, false, true);
+}
+
+fn brick_of(p: Double) -> vec3<i32> {
+    let guess = floor(p.hi / f32(BRICK));
+    let local = relative_to(p, guess * f32(BRICK));
+    let below = select(vec3<i32>(0), vec3<i32>(1), local < vec3<f32>(0.0));
+    let above = select(vec3<i32>(0), vec3<i32>(1), local >= vec3<f32>(f32(BRICK)));
+    return vec3<i32>(guess) - below + above;
+}
+
+// The first entry into the bone along the line for 0 <= s <= s_max, or at s = 0 or the box's face where that is inside.
+fn first_hit(line: Line, s_max: f32) -> Hit {
+    let pace = pace_of(line.direction.hi);
+    let bricks = params.bricks;
+    let span = clip_to_box(line, pace, s_max);
+    if span.x > span.y {
+        return missed();
+    }
+    var s = span.x;
+    var brick = clamp(brick_of(line_at(line, s)), vec3<i32>(0), bricks - 1);
+    loop {
+        let distance = i32(textureLoad(distances, brick, 0).r);
+        if distance == 0 {
+            let hit = walk_brick(line, pace, brick, s);
+            if hit.met != MISSED {
+                if hit.s <= s_max {
+                    return hit;
+                }
+                return missed();
+            }
+        }
+        // Leave the block of bricks that are known to be empty, or this brick alone.
+        let reach = max(distance, 1) - 1;
+        let low = brick - reach;
+        let high = brick + reach;
+        let planes = select(low, high + 1, pace.forward) * BRICK;
+        let s_planes = to_planes(pace, vec3<f32>(planes), line.origin.hi, FAR);
+        let s_exit = least(s_planes);
+        let axis = axis_of(s_planes, s_exit);
+        if s_exit >= span.y {
+            return missed();
+        }
+        s = max(s, s_exit);
+        // A ray never turns back: other axes stay between this brick and the block's far side.
+        let there = brick_of(line_at(line, s));
+        let stay = clamp(there, select(low, brick, pace.forward), select(brick, high, pace.forward));
+        brick = select(clamp(stay, vec3<i32>(0), bricks - 1), select(low - 1, high + 1, pace.forward), axis);
+        if any(brick < vec3<i32>(0)) || any(brick >= bricks) {
+            return missed();
+        }
+    }
+    return missed();
+}
+
+// First and last s within the box of the interpolant; the first is the larger when it is missed.
+fn clip_to_box(line: Line, pace: Pace, s_max: f32) -> vec2<f32> {
+    let last = vec3<f32>(params.dims - 1);
+    let origin = line.origin.hi;
+    if any(!pace.moves & ((origin < vec3<f32>(0.0)) | (origin > last))) {
+        return vec2<f32>(1.0, 0.0);
+    }
+    let near = select(last, vec3<f32>(0.0), pace.forward);
+    let far = select(vec3<f32>(0.0), last, pace.forward);
+    let s_in = max(0.0, greatest(to_planes(pace, near, origin, 0.0)));
+    let s_out = min(s_max, least(to_planes(pace, far, origin, FAR)));
+    return vec2<f32>(s_in, s_out);
+}
+
+// The first entry within one brick, of which s is at or near the ray's entry.
+fn walk_brick(line: Line, pace: Pace, brick: vec3<i32>, s: f32) -> Hit {
+    let corner = brick * BRICK;
+    let size = min(params.dims - 1 - corner, vec3<i32>(BRICK));
+    let origin = relative_to(line_at(line, s), vec3<f32>(corner));
+    // From here on t is relative to s: small numbers, small errors. Never before the eye.
+    let near = vec3<f32>(select(size, vec3<i32>(0), pace.forward));
+    let far = vec3<f32>(select(vec3<i32>(0), size, pace.forward));
+    let t_near = to_planes(pace, near, origin, -FAR);
+    let t_entry = greatest(t_near);
+    let from_eye = t_entry <= -s;
+    let entry = axis_of(t_near, t_entry) & vec3<bool>(!from_eye);
+    var t = max(-s, t_entry);
+    if t >= least(to_planes(pace, far, origin, FAR)) {
+        return missed();
+    }
+    var p = select(clamp(origin + t * pace.direction, vec3<f32>(0.0), vec3<f32>(size)), near, entry);
+    var cell = vec3<i32>(floor(p));
+    // On a face and moving down, the ray is in the cell below.
+    let below = !pace.forward & pace.moves & (p == vec3<f32>(cell));
+    cell = clamp(cell - select(vec3<i32>(0), vec3<i32>(1), below), vec3<i32>(0), size - 1);
+    let first = cell;
+    loop {
+        let faces = vec3<f32>(cell + select(vec3<i32>(0), vec3<i32>(1), pace.forward));
+        let t_faces = to_planes(pace, faces, origin, FAR);
+        let t_least = least(t_faces);
+        let axis = axis_of(t_faces, t_least);
+        let t_next = max(t_least, t);
+        let local_corner = vec3<f32>(cell);
+        let q = select(clamp(origin + t_next * pace.direction, local_corner, local_corner + 1.0), faces, axis);
+        let lower = corners(corner + cell);
+        let upper = corners(corner + cell + vec3<i32>(0, 0, 1));
+        if any(lower >= vec4<f32>(0.0)) || any(upper >= vec4<f32>(0.0)) {
+            let start = p - local_corner;
+            let end = q - local_corner;
+            let u = first_entry(bernstein(lower, upper, start, end));
+            if u >= 0.0 {
+                var met = MET_ISOSURFACE;
+                if u == 0.0 && all(cell == first) {
+                    met = met_at_entry(brick, pace, entry);
+                }
+                let face = select(vec3<f32>(0.0), -sign(pace.direction), entry);
+                return Hit(s + t + u * (t_next - t), corner + cell, start * (1.0 - u) + end * u, met, face);
+            }
+        }
+        cell = select(cell, cell + select(vec3<i32>(-1), vec3<i32>(1), pace.forward), axis);
+        if any(cell < vec3<i32>(0)) || any(cell >= size) {
+            return missed();
+        }
+        t = t_next;
+        p = q;
+    }
+    return missed();
+}
+
+// What a ray meets that is inside where it enters a brick.
+fn met_at_entry(brick: vec3<i32>, pace: Pace, entry: vec3<bool>) -> u32 {
+    if !any(entry) {
+        return MET_EYE;
+    }
+    let outermost = select(params.bricks - 1, vec3<i32>(0), pace.forward);
+    return select(MET_ISOSURFACE, MET_FACE, any(entry & (brick == outermost)));
+}
+
+fn relative(at: vec3<i32>) -> f32 {
+    return params.sign * (f32(textureLoad(samples, at, 0).r) - params.level);
+}
+
+// Corner values relative to the level, positive inside, of the lower face of a cell: (0,0), (1,0), (0,1), (1,1).
+fn corners(at: vec3<i32>) -> vec4<f32> {
+    return vec4<f32>(
+        relative(at),
+        relative(at + vec3<i32>(1, 0, 0)),
+        relative(at + vec3<i32>(0, 1, 0)),
+        relative(at + vec3<i32>(1, 1, 0)),
+    );
+}
+
+// Gradient at a point of a cell, in index space and pointing inward: central differences at the corners, interpolated.
+fn smooth_gradient(cell: vec3<i32>, local: vec3<f32>) -> vec3<f32> {
+    var sum = vec3<f32>(0.0);
+    for (var c = 0; c < 8; c++) {
+        let offset = vec3<i32>(c & 1, (c >> 1u) & 1, c >> 2u);
+        let weights = select(1.0 - local, local, offset == vec3<i32>(1));
+        sum += weights.x * weights.y * weights.z * central_difference(cell + offset);
+    }
+    return sum;
+}
+
+fn central_difference(at: vec3<i32>) -> vec3<f32> {
+    let down = max(at - 1, vec3<i32>(0));
+    let up = min(at + 1, params.dims - 1);
+    let difference = vec3<f32>(
+        relative(vec3<i32>(up.x, at.yz)) - relative(vec3<i32>(down.x, at.yz)),
+        relative(vec3<i32>(at.x, up.y, at.z)) - relative(vec3<i32>(at.x, down.y, at.z)),
+        relative(vec3<i32>(at.xy, up.z)) - relative(vec3<i32>(at.xy, down.z)),
+    );
+    return difference / vec3<f32>(up - down);
+}

@@ -1,0 +1,229 @@
+//! NIfTI-1 and NIfTI-2 in one file, `.nii` or `.nii.gz`, either byte order.
+//!
+//! Fields and orientation follow nifti1.h and nifti2.h of <https://nifti.nimh.nih.gov>; its world is RAS, ours LPS.
+
+use super::decode::{Decoder, Encoding, SampleType, counted, open_file};
+use super::{Format, Hints, MORE_BYTES, ReadError, guess_unit};
+use crate::{Grid, GridError, Progress, Raster};
+use flate2::bufread::GzDecoder;
+use glam::{DAffine3, DMat3, DQuat, DVec3};
+use std::io::{Read, Seek};
+use std::path::Path;
+
+/// The row of the formats.
+pub const FORMAT: Format = Format { name: "NIfTI", sniff, read };
+
+const GZIP_MAGIC: &[u8] = &[0x1f, 0x8b];
+/// Length of a NIfTI-1 header, which is also its first number.
+const SIZE_1: usize = 348;
+/// Length of a NIfTI-2 header, which is also its first number.
+const SIZE_2: usize = 540;
+
+fn sniff(path: &Path, head: &[u8]) -> bool {
+    let named = path.extension().is_some_and(|e| ["nii", "img"].iter().any(|n| e.eq_ignore_ascii_case(n)));
+    // The names cover files that are damaged too, so that what is wrong with them can be said.
+    let named = named || path.to_string_lossy().to_lowercase().ends_with(".nii.gz");
+    !head.is_empty() && (named || Header::parse(&header_bytes(head)).is_some())
+}
+
+/// The first bytes of the header, decompressed if need be; fewer where the file ends.
+fn header_bytes(head: &[u8]) -> Vec<u8> {
+    let mut bytes = vec![];
+    if head.starts_with(GZIP_MAGIC) {
+        // A head that breaks off is no error: what came before it counts.
+        let _ = GzDecoder::new(head).take(SIZE_2 as u64).read_to_end(&mut bytes);
+    } else {
+        bytes.extend_from_slice(&head[..head.len().min(SIZE_2)]);
+    }
+    bytes
+}
+
+/// A header of either version, each field by its place in both.
+struct Header<'a> {
+    bytes: &'a [u8],
+    big_endian: bool,
+    /// NIfTI-2.
+    wide: bool,
+}
+
+impl<'a> Header<'a> {
+    fn parse(bytes: &'a [u8]) -> Option<Self> {
+        let first: [u8; 4] = bytes.get(..4)?.try_into().ok()?;
+        let size = |n: usize| [(n as u32).to_le_bytes(), (n as u32).to_be_bytes()];
+        let (wide, order) = if size(SIZE_1).contains(&first) { (false, size(SIZE_1)) } else { (true, size(SIZE_2)) };
+        let big_endian = order.iter().position(|o| *o == first)? == 1;
+        (bytes.len() >= if wide { SIZE_2 } else { SIZE_1 }).then_some(Self { bytes, big_endian, wide })
+    }
+
+    fn array<const N: usize>(&self, at: usize) -> [u8; N] {
+        let mut field: [u8; N] = self.bytes[at..at + N].try_into().expect("a slice of N bytes is an array of N");
+        if self.big_endian {
+            field.reverse();
+        }
+        field
+    }
+
+    /// The integer of 2 bytes at `at` in NIfTI-1, or of `bytes` at `at_2` in NIfTI-2.
+    fn int(&self, at: usize, at_2: usize, bytes: usize) -> i64 {
+        match (self.wide, bytes) {
+            (true, 8) => i64::from_le_bytes(self.array(at_2)),
+            (true, 4) => i32::from_le_bytes(self.array(at_2)).into(),
+            _ => i16::from_le_bytes(self.array(if self.wide { at_2 } else { at })).into(),
+        }
+    }
+
+    /// The float32 at `at` in NIfTI-1, or the float64 at `at_2` in NIfTI-2.
+    fn float(&self, at: usize, at_2: usize) -> f64 {
+        if self.wide { f64::from_le_bytes(self.array(at_2)) } else { f32::from_le_bytes(self.array(at)).into() }
+    }
+
+    fn floats<const N: usize>(&self, at: usize, at_2: usize) -> [f64; N] {
+        std::array::from_fn(|n| self.float(at + 4 * n, at_2 + 8 * n))
+    }
+
+    fn single_file(&self) -> Result<(), ReadError> {
+        let magic = if self.wide { &self.bytes[4..8] } else { &self.bytes[344..348] };
+        match magic {
+            b"n+1\0" | b"n+2\0" => Ok(()),
+            b"ni1\0" | b"ni2\0" => Err(pair()),
+            _ => Err(ReadError::Unsupported("it is an ANALYZE 7.5 header, not NIfTI; convert it to .nii".into())),
+        }
+    }
+
+    fn dims(&self) -> Result<[usize; 3], ReadError> {
+        let dim: [i64; 8] = std::array::from_fn(|n| self.int(40 + 2 * n, 16 + 8 * n, 8));
+        let count = usize::try_from(dim[0]).unwrap_or(0);
+        let bad = |problem: &str| bad("dim", format!("{dim:?}"), problem);
+        if !(1..=7).contains(&count) {
+            return Err(bad("the first number must be from 1 to 7"));
+        }
+        if count < 3 || dim[4..].iter().take(count - 3).any(|&n| n > 1) {
+            let text = format!("its dimensions are {:?}; only images of three axes can be read; split off one of them", &dim[1..=count]);
+            return Err(ReadError::Unsupported(text));
+        }
+        let size = |n: i64| usize::try_from(n).map_err(|_| bad("a size is negative"));
+        Ok([size(dim[1])?, size(dim[2])?, size(dim[3])?])
+    }
+
+    fn sample(&self) -> Result<SampleType, ReadError> {
+        let other = match self.int(70, 12, 2) {
+            2 => return Ok(SampleType::U8),
+            4 => return Ok(SampleType::I16),
+            8 => return Ok(SampleType::I32),
+            16 => return Ok(SampleType::F32),
+            64 => return Ok(SampleType::F64),
+            256 => return Ok(SampleType::I8),
+            512 => return Ok(SampleType::U16),
+            768 => return Ok(SampleType::U32),
+            1024 => return Ok(SampleType::I64),
+            1280 => return Ok(SampleType::U64),
+            1 => "single bits",
+            32 | 1792 | 2048 => "complex numbers",
+            128 => "colours (RGB24)",
+            2304 => "colours (RGBA32)",
+            1536 => "float128",
+            code => return Err(bad("datatype", code.to_string(), "it is none of NIfTI's")),
+        };
+        Err(ReadError::Unsupported(format!("its samples are {other}; only whole numbers and floats of up to 64 bits can be read")))
+    }
+
+    /// Where the samples begin, in decompressed bytes.
+    fn offset(&self) -> Result<u64, ReadError> {
+        let size = if self.wide { SIZE_2 } else { SIZE_1 } as f64;
+        let offset = if self.wide { self.int(0, 168, 8) as f64 } else { self.float(108, 0) };
+        match offset {
+            // Unset. Four bytes that announce extensions follow the header.
+            0.0 => Ok(size as u64 + 4),
+            // 2⁵³: above it a float64 cannot count bytes.
+            _ if offset >= size && offset < 9e15 && offset.fract() == 0.0 => Ok(offset as u64),
+            _ => Err(bad("vox_offset", offset.to_string(), "it must be a whole number of bytes, after the header")),
+        }
+    }
+
+    fn scale(&self) -> (f64, f64) {
+        let [slope, intercept] = self.floats(112, 176);
+        if slope == 0.0 || !slope.is_finite() { (1.0, 0.0) } else { (slope, if intercept.is_finite() { intercept } else { 0.0 }) }
+    }
+
+    /// Index to world: the sform, else the qform, else spacings alone, as nifti1.h's methods 3, 2 and 1.
+    fn grid(&self, hints: &Hints, warnings: &mut Vec<String>) -> Result<Grid, ReadError> {
+        let dims = self.dims()?;
+        let units = if self.wide { self.int(0, 500, 4) } else { self.bytes[123].into() };
+        let unit_mm = match units & 7 {
+            1 => 1e3,
+            3 => 1e-3,
+            _ => 1.0,
+        };
+        let lps = DVec3::new(-1.0, -1.0, 1.0);
+        let [handed, pixdim @ ..]: [f64; 4] = self.floats(76, 104);
+        if self.int(254, 348, 4) > 0 {
+            let [x, y, z]: [[f64; 4]; 3] = std::array::from_fn(|n| self.floats(280 + 16 * n, 400 + 32 * n));
+            let column = |n: usize| lps * DVec3::new(x[n], y[n], z[n]) * unit_mm;
+            let matrix = DMat3::from_cols(column(0), column(1), column(2));
+            return Ok(Grid::from_affine(dims, DAffine3::from_mat3_translation(matrix, column(3)))?);
+        }
+        let spacing_mm = DVec3::from(pixdim) * unit_mm;
+        if self.int(252, 344, 4) > 0 {
+            let [b, c, d, ox, oy, oz] = self.floats(256, 352);
+            let square = b * b + c * c + d * d;
+            // b, c and d are float32 in NIfTI-1: a half turn can come out a rounding above 1 (1e-7, as in nifti1_io.c).
+            let turn = if 1.0 - square < 1e-7 {
+                let n = square.sqrt();
+                DQuat::from_xyzw(b / n, c / n, d / n, 0.0)
+            } else {
+                DQuat::from_xyzw(b, c, d, (1.0 - square).sqrt())
+            };
+            let mirror = DVec3::new(1.0, 1.0, if handed < 0.0 { -1.0 } else { 1.0 });
+            let direction = DMat3::from_diagonal(lps) * DMat3::from_quat(turn) * DMat3::from_diagonal(mirror);
+            return Ok(Grid::new(dims, spacing_mm, lps * DVec3::new(ox, oy, oz) * unit_mm, direction)?);
+        }
+        // Method 1 names no axes of the patient; ITK takes them as LPS, and so do we.
+        warnings.push("the file does not state how it lies in the patient; its axes are taken as left, posterior, superior".into());
+        let stated = |axis: usize| spacing_mm[axis].is_finite() && spacing_mm[axis] != 0.0;
+        let spacing_mm = DVec3::from_array(std::array::from_fn(|axis| match hints.spacing_mm {
+            Some(mm) if !stated(axis) => mm[axis],
+            _ => spacing_mm[axis],
+        }));
+        Grid::new(dims, spacing_mm, DVec3::ZERO, DMat3::IDENTITY).map_err(|e| match e {
+            GridError::Spacing { .. } => bad("pixdim", format!("{pixdim:?}"), &format!("{e}; pass --spacing X,Y,Z where it is 0")),
+            e => e.into(),
+        })
+    }
+}
+
+fn bad(field: &str, content: String, problem: &str) -> ReadError {
+    ReadError::BadField { field: field.into(), content, problem: problem.into() }
+}
+
+fn pair() -> ReadError {
+    ReadError::Unsupported("it is half of a header/image pair (.hdr with .img), which is not read; convert it to one .nii file".into())
+}
+
+fn read(path: &Path, hints: &Hints, progress: &Progress) -> Result<Raster, ReadError> {
+    let (mut file, there) = open_file(path)?;
+    let mut head = vec![];
+    (&file).take(super::HEAD_BYTES).read_to_end(&mut head)?;
+    let bytes = header_bytes(&head);
+    let header = match Header::parse(&bytes) {
+        Some(header) => header,
+        None if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("img")) => return Err(pair()),
+        None => return Err(ReadError::NoHeader("a NIfTI header begins with its length, 348 or 540, and is that long")),
+    };
+    header.single_file()?;
+    let mut warnings = vec![];
+    let grid = header.grid(hints, &mut warnings)?;
+    let encoding = Encoding { sample: header.sample()?, big_endian: header.big_endian, gzip: head.starts_with(GZIP_MAGIC) };
+    let skip = header.offset()?;
+    encoding.check(grid.len(), skip, there)?;
+
+    progress.begin(there);
+    let mut decoder = Decoder::new(encoding, grid.len(), there, progress)?;
+    file.rewind()?;
+    if decoder.fill(counted(file, progress), skip, grid.len())? {
+        warnings.push(MORE_BYTES.into());
+    }
+    let samples = decoder.finish(&mut warnings);
+    let (slope, intercept) = header.scale();
+    let unit = guess_unit(&samples, slope, intercept);
+    Ok(Raster { grid, samples, slope, intercept, unit, warnings })
+}
