@@ -13,12 +13,13 @@ struct ShadeParams {
     diffuse: f32,
     specular: f32,
     shininess: f32,
-    base_mm: f32,
+    // Hits of pass l start at l · stride.
+    stride: u32,
     // First pixel of the tile in the picture, and its size.
     corner: vec2<u32>,
     tile: vec2<u32>,
     passes: u32,
-    stride: u32,
+    // 1 where the mode is overlay.
     overlay: u32,
 }
 
@@ -33,6 +34,7 @@ struct ShadeLayer {
 @group(0) @binding(1) var<storage, read> hits: array<vec4<f32>>;
 @group(0) @binding(2) var<storage, read> layers: array<ShadeLayer>;
 @group(0) @binding(3) var color_out: texture_storage_2d<rgba8unorm, write>;
+// Depth behind the base plane; the host makes it a distance along the ray, as float32 is short of digits for a far eye.
 @group(0) @binding(4) var depth_out: texture_storage_2d<r32float, write>;
 @group(0) @binding(5) var id_out: texture_storage_2d<r32uint, write>;
 
@@ -88,10 +90,9 @@ fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let pixel = id.y * params.tile.x + id.x;
-    let direction = params.view_base + f32(id.x) * params.view_per_x + f32(id.y) * params.view_per_y;
-    let view = normalize(direction);
+    let view = normalize(params.view_base + f32(id.x) * params.view_per_x + f32(id.y) * params.view_per_y);
     var color = vec4<f32>(0.0);
-    var depth_mm = NO_DEPTH;
+    var s = NO_DEPTH;
     var volume_id = 0u;
     let first = nearest(pixel, NONE);
     if first != NONE {
@@ -103,11 +104,11 @@ fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
                 color = vec4<f32>(color.rgb * opacity + shaded(pixel, second, view) * (1.0 - opacity), 1.0);
             }
         }
-        depth_mm = (params.base_mm + hits[first * params.stride + pixel].w) * length(direction);
+        s = hits[first * params.stride + pixel].w;
         volume_id = layers[first].id;
     }
     let at = params.corner + id.xy;
     textureStore(color_out, at, encode(color));
-    textureStore(depth_out, at, vec4<f32>(depth_mm));
+    textureStore(depth_out, at, vec4<f32>(s));
     textureStore(id_out, at, vec4<u32>(volume_id));
 }

@@ -78,6 +78,13 @@ impl Frame {
     }
 }
 
+impl Frame {
+    /// Distance along the unit ray of pixel (x, y) of the depth `s` behind the base plane.
+    pub fn depth_mm(&self, x: u32, y: u32, s: f32) -> f32 {
+        ((self.base_mm + f64::from(s)) * self.world_rays.direction.at(x, y).length()) as f32
+    }
+}
+
 /// Distance maps of the surfaces drawn last.
 #[derive(Debug, Default)]
 pub(crate) struct MapCache(Vec<(Arc<Volume>, f32, Arc<DistanceMap>)>);

@@ -211,7 +211,7 @@ fn walk(surface: &Surface, ray: &Ray, visit: &mut dyn FnMut(Crossing) -> Control
             let point = IndexPoint(cell.as_dvec3() + local);
             let crossing =
                 Crossing { t_mm: t + u * (t_out - t), kind, error_mm, cell, point, normal, slope_per_mm, clipped: clipped.is_some() };
-            stop |= visit(crossing).is_break();
+            stop = stop || visit(crossing).is_break();
         };
         if t == t_first && inside_at(&f, p - cell.as_dvec3()) {
             // Entered already inside: the surface is closed here (at the eye, where no face was passed, by the view itself).

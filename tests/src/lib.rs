@@ -47,7 +47,8 @@ pub struct Exactness {
     pub worst_voxel: f64,
 }
 
-/// Depths may differ by this, in voxels along the ray.
+/// Depths may differ by this, in voxels along the ray, and by the rounding of the distance in mm to the float32 that a depth
+/// image holds (which matters only for eyes more than 10,000 voxels away).
 pub const DEPTH_TOLERANCE_VOXEL: f64 = 1e-3;
 
 /// A ray is tangent when moving it sideways by this, in voxels, changes what the reference itself answers: hit or miss, or the
@@ -115,9 +116,10 @@ fn compare_rows(surfaces: &[Surface], scene: &Scene, picture: &Picture, rows: im
             part.hits += u64::from(!truth.is_nan());
             // Voxels per mm along the ray, of the finest volume.
             let density = surfaces.iter().map(|s| s.grid.world_to_index().transform_vector3(ray.direction).length()).fold(0.0, f64::max);
-            let off = (found - truth).abs() * density;
+            let rounding_mm = f64::from(f32::EPSILON) / 2.0 * truth.abs();
+            let off = ((found - truth).abs() - rounding_mm) * density;
             if off <= DEPTH_TOLERANCE_VOXEL || (found.is_nan() && truth.is_nan()) {
-                part.worst_voxel = if off.is_nan() { part.worst_voxel } else { part.worst_voxel.max(off) };
+                part.worst_voxel = part.worst_voxel.max(off);
                 continue;
             }
             let around: Vec<f64> = (0..8)
@@ -127,7 +129,7 @@ fn compare_rows(surfaces: &[Surface], scene: &Scene, picture: &Picture, rows: im
                     nearest(&bregma_renderer::Ray { origin: WorldPoint(ray.origin.0 + aside), ..ray })
                 })
                 .collect();
-            let agrees = |t: f64| (t.is_nan() && found.is_nan()) || (t - found).abs() * density <= DEPTH_TOLERANCE_VOXEL;
+            let agrees = |t: f64| (t.is_nan() && found.is_nan()) || ((t - found).abs() - rounding_mm) * density <= DEPTH_TOLERANCE_VOXEL;
             let low = around.iter().copied().fold(truth, f64::min);
             let high = around.iter().copied().fold(truth, f64::max);
             let between = (low..=high).contains(&found) && around.iter().any(|t| !t.is_nan());

@@ -26,7 +26,7 @@ fn blobs(seed: u64, grid: Grid) -> Arc<Volume> {
     let size = DVec3::new(nx as f64, ny as f64, nz as f64);
     let at = |n: usize| {
         let p = DVec3::new((n % nx) as f64, (n / nx % ny) as f64, (n / (nx * ny)) as f64) / size;
-        centres.iter().map(|c| (-300.0 * c.distance_squared(p)).exp()).sum::<f64>()
+        centres.iter().map(|c| (-80.0 * c.distance_squared(p)).exp()).sum::<f64>()
     };
     let samples = Samples::F32((0..grid.len()).map(|n| at(n) as f32).collect());
     volume("blobs", grid, samples)
@@ -91,7 +91,7 @@ fn grids_of_any_shape_are_exact() {
         ("thin", Grid::new([2, 64, 64], DVec3::ONE, DVec3::ZERO, DMat3::IDENTITY).unwrap()),
     ];
     for (name, grid) in grids {
-        let volumes = [blobs(3, grid)];
+        let volumes = [blobs(21, grid)];
         let scenes: Vec<Scene> = [(35.0, 25.0), (290.0, -15.0)].map(|(a, e)| scene(&volumes, 0.5, a, e)).into();
         check(name, &volumes, &scenes, (256, 200));
     }

@@ -3,7 +3,6 @@
 mod shade;
 mod walk;
 
-use crate::camera::PixelRays;
 use crate::frame::{Frame, FrameLayer};
 use crate::scene::{Picture, Scene};
 use crate::{RenderError, Renderer};
@@ -82,15 +81,10 @@ fn draw_tile(frame: &Frame, scene: &Scene, xs: std::ops::Range<u32>, ys: std::op
     }
     let finish = |(&(x, y), hits): (&(u32, u32), &Vec<Shaded>)| {
         let (color, first) = combine(scene.mode, hits);
-        let depth_mm = first.map_or(f32::NAN, |h| depth_mm(&frame.world_rays, frame.base_mm, x, y, h.s));
+        let depth_mm = first.map_or(f32::NAN, |h| frame.depth_mm(x, y, h.s));
         (encode(color, frame.background), depth_mm, first.map_or(0, |h| h.layer as u8 + 1))
     };
     pixels.iter().zip(&hits).map(finish).collect()
-}
-
-/// Distance along the unit pixel ray.
-fn depth_mm(world_rays: &PixelRays, base_mm: f64, x: u32, y: u32, s: f32) -> f32 {
-    ((base_mm + f64::from(s)) * world_rays.direction.at(x, y).length()) as f32
 }
 
 /// Outward normal in the world, unit.

@@ -48,13 +48,12 @@ pub(super) struct ShadeParams {
     pub diffuse: f32,
     pub specular: f32,
     pub shininess: f32,
-    pub base_mm: f32,
+    pub stride: u32,
     pub corner: [u32; 2],
     pub tile: [u32; 2],
     pub passes: u32,
-    pub stride: u32,
     pub overlay: u32,
-    pub padding: u32,
+    pub padding: [u32; 2],
 }
 
 /// `ShadeLayer` of `shaders/shade.wgsl`.

@@ -123,13 +123,12 @@ impl GpuRenderer {
                     diffuse: scene.light.diffuse,
                     specular: scene.light.specular,
                     shininess: scene.light.shininess,
-                    base_mm: frame.base_mm as f32,
+                    stride,
                     corner: [x, y],
                     tile: [w, h],
                     passes: layers.len() as u32,
-                    stride,
                     overlay: u32::from(scene.mode == Mode::Overlay),
-                    padding: 0,
+                    padding: [0; 2],
                 }
             })
             .collect();
@@ -138,7 +137,7 @@ impl GpuRenderer {
             .map(|l| ShadeLayer { color: l.color.extend(l.opacity).to_array(), id: l.index as u32 + 1, padding: [0; 3] })
             .collect();
         self.pipelines.run(&self.gpu, &volumes, &trace, &shade, &colors, &target, &tiles);
-        let picture = target.read(&self.gpu)?;
+        let picture = target.read(&self.gpu, frame)?;
         self.target = Some(target);
         Ok(picture)
     }

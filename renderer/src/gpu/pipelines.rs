@@ -3,6 +3,7 @@
 use super::device::{Gpu, GpuError};
 use super::layout::{ShadeLayer, ShadeParams, TraceParams};
 use super::{SHADE, TILE, TILES_PER_SUBMISSION, trace_source};
+use crate::frame::Frame;
 use crate::scene::Picture;
 use wgpu::{BindGroupEntry, BindGroupLayoutEntry, BindingType, BufferBindingType, BufferUsages, TextureFormat, TextureSampleType};
 
@@ -225,7 +226,7 @@ impl Target {
     }
 
     /// Waits for the picture and copies it to memory.
-    pub fn read(&self, gpu: &Gpu) -> Result<Picture, GpuError> {
+    pub fn read(&self, gpu: &Gpu, frame: &Frame) -> Result<Picture, GpuError> {
         let (row, plane) = (row_bytes(self.width), u64::from(row_bytes(self.width)) * u64::from(self.height));
         let size = wgpu::Extent3d { width: self.width, height: self.height, depth_or_array_layers: 1 };
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
@@ -246,12 +247,15 @@ impl Target {
                 let plane = &bytes[(n * plane) as usize..((n + 1) * plane) as usize];
                 plane.chunks(row as usize).flat_map(move |r| r[..used].chunks_exact(4)).map(|p| [p[0], p[1], p[2], p[3]])
             };
-            let depth = |p: [u8; 4]| Some(f32::from_le_bytes(p)).filter(|d| *d >= 0.0).unwrap_or(f32::NAN);
+            let depth_mm = |(n, p): (usize, [u8; 4])| {
+                let (x, y) = (n as u32 % self.width, n as u32 / self.width);
+                Some(f32::from_le_bytes(p)).filter(|s| *s >= 0.0).map_or(f32::NAN, |s| frame.depth_mm(x, y, s))
+            };
             Picture {
                 width: self.width,
                 height: self.height,
                 rgba: pixels(0).collect(),
-                depth_mm: pixels(1).map(depth).collect(),
+                depth_mm: pixels(1).enumerate().map(depth_mm).collect(),
                 volume_id: pixels(2).map(|p| p[0]).collect(),
             }
         };
