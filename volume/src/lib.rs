@@ -7,6 +7,7 @@ mod grid;
 mod histogram;
 mod progress;
 mod ranges;
+mod registration;
 mod samples;
 mod volume;
 
@@ -14,5 +15,6 @@ pub use grid::{Grid, GridError, IndexPoint, WorldPoint};
 pub use histogram::{Histogram, Otsu};
 pub use progress::{Cancelled, Progress};
 pub use ranges::{BRICK, RangeBricks};
+pub use registration::{TransformError, read_transform};
 pub use samples::{Sample, Samples};
 pub use volume::{Raster, Unit, Volume, VolumeError};

@@ -1,0 +1,127 @@
+//! Difference rays as text: a table to read, CSV for statistics, 3D Slicer markups.
+
+use crate::probe::DifferenceRay;
+use serde_json::{Value, json};
+use std::fmt::Write;
+
+/// A table for people: for each volume its crossings and segments, then the ledger.
+pub fn table(d: &DifferenceRay) -> String {
+    let [ox, oy, oz] = d.ray.origin_mm;
+    let [dx, dy, dz] = d.ray.direction;
+    let mut out = format!("ray from {ox:.3}, {oy:.3}, {oz:.3} mm along {dx:.6}, {dy:.6}, {dz:.6} (LPS)\n");
+    // Writing to a String cannot fail.
+    let mut line = |text: std::fmt::Arguments<'_>| out.write_fmt(text).and_then(|()| out.write_char('\n')).unwrap_or_default();
+    for v in &d.volumes {
+        let unit = match v.unit {
+            bregma_volume::Unit::Hounsfield => " HU",
+            bregma_volume::Unit::Value => "",
+        };
+        line(format_args!("\n{}, isovalue {}{unit}, errors for ± {:.1}{unit}", v.name, v.iso, v.iso_tolerance));
+        let Some([first, last]) = v.box_mm else {
+            line(format_args!("  the ray misses this scan"));
+            continue;
+        };
+        line(format_args!("  in the scan from {first:.3} to {last:.3} mm"));
+        if v.segments.is_empty() {
+            line(format_args!("  no bone"));
+        } else {
+            line(format_args!("  {:>4} {:>10} {:>10} {:>10} {:>9}", "bone", "from mm", "to mm", "length mm", "± mm"));
+        }
+        for (n, s) in v.segments.iter().enumerate() {
+            let clipped = if s.clipped { "  cut by the scan's edge" } else { "" };
+            let thin = if s.below_resolution { "  thinner than the scan resolves" } else { "" };
+            line(format_args!(
+                "  {:>4} {:>10.3} {:>10.3} {:>10.3} {:>9.3}{clipped}{thin}",
+                n + 1,
+                s.from_mm,
+                s.to_mm,
+                s.length_mm,
+                s.error_mm
+            ));
+        }
+    }
+    line(format_args!("\n{:>10} {:>10} {:>10}  inside", "from mm", "to mm", "length mm"));
+    for e in &d.ledger {
+        let inside = if e.inside.is_empty() { "–".to_owned() } else { e.inside.join(" + ") };
+        line(format_args!("{:>10.3} {:>10.3} {:>10.3}  {inside}", e.from_mm, e.to_mm, e.length_mm));
+    }
+    out
+}
+
+/// The columns of [`csv_rows`].
+pub const CSV_HEADER: &str =
+    "ray,volume,segment,iso,from_mm,to_mm,length_mm,error_mm,root_error_mm,threshold_error_mm,iso_tolerance,clipped,below_resolution";
+
+/// One row for each bone segment of the ray with number `ray`.
+pub fn csv_rows(ray: usize, d: &DifferenceRay) -> String {
+    let quoted = |name: &str| if name.contains([',', '"', '\n']) { format!("\"{}\"", name.replace('"', "\"\"")) } else { name.to_owned() };
+    let mut out = String::new();
+    for v in &d.volumes {
+        for (n, s) in v.segments.iter().enumerate() {
+            let row = format!(
+                "{ray},{},{},{},{},{},{},{},{},{},{},{},{}\n",
+                quoted(&v.name),
+                n + 1,
+                v.iso,
+                s.from_mm,
+                s.to_mm,
+                s.length_mm,
+                s.error_mm,
+                s.root_error_mm,
+                s.threshold_error_mm,
+                v.iso_tolerance,
+                s.clipped,
+                s.below_resolution
+            );
+            out.push_str(&row);
+        }
+    }
+    out
+}
+
+/// 3D Slicer's markups JSON v1.0.3, LPS: one Line for each segment of all `rays`.
+pub fn markups(rays: &[DifferenceRay]) -> Value {
+    let mut lines = Vec::new();
+    for (n, d) in rays.iter().enumerate() {
+        for v in &d.volumes {
+            for (k, s) in v.segments.iter().enumerate() {
+                lines.push(markup_line(d, &format!("ray {} {} bone {}", n + 1, v.name, k + 1), s));
+            }
+        }
+    }
+    json!({
+        "@schema": "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/Resources/Schema/markups-schema-v1.0.3.json#",
+        "markups": lines,
+    })
+}
+
+fn markup_line(d: &DifferenceRay, label: &str, s: &crate::probe::Segment) -> Value {
+    let at = |t_mm: f64| -> [f64; 3] { std::array::from_fn(|a| d.ray.origin_mm[a] + t_mm * d.ray.direction[a]) };
+    let point = |n: usize, t_mm: f64| {
+        json!({
+            "id": n.to_string(),
+            "label": format!("{label}-{n}"),
+            "description": format!("{t_mm} mm along the ray"),
+            "associatedNodeID": "",
+            "position": at(t_mm),
+            "orientation": [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+            "selected": true,
+            "locked": true,
+            "visibility": true,
+            "positionStatus": "defined",
+        })
+    };
+    json!({
+        "type": "Line",
+        "coordinateSystem": "LPS",
+        "coordinateUnits": "mm",
+        "locked": true,
+        "labelFormat": "%N-%d",
+        "lastUsedControlPointNumber": 2,
+        "controlPoints": [point(1, s.from_mm), point(2, s.to_mm)],
+        "measurements": [
+            { "name": "length", "enabled": true, "value": s.length_mm, "units": "mm", "printFormat": "%-#4.4g%s" },
+            { "name": "length error", "enabled": true, "value": s.error_mm, "units": "mm", "printFormat": "%-#4.4g%s" },
+        ],
+    })
+}

@@ -1,0 +1,208 @@
+//! The difference ray: one ray through every volume, its crossings, its bone segments with their lengths and errors, and the
+//! ledger of who is inside where.
+
+use bregma_renderer::reference::{self, Crossing, Kind};
+use bregma_renderer::{Layer, Ray, Surface};
+use bregma_volume::{GridError, Unit, Volume};
+use serde::Serialize;
+use std::sync::Arc;
+
+/// The whole answer. Serialises to the agreed JSON (see the guide).
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DifferenceRay {
+    /// The ray that was cast.
+    pub ray: RayRecord,
+    /// One for each volume, in order.
+    pub volumes: Vec<VolumeRecord>,
+    /// Who is inside where, over the union of the boxes, without gaps or overlaps.
+    pub ledger: Vec<LedgerEntry>,
+}
+
+/// A ray as it is written down.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct RayRecord {
+    /// LPS mm.
+    pub origin_mm: [f64; 3],
+    /// Unit.
+    pub direction: [f64; 3],
+}
+
+/// What the ray meets in one volume.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct VolumeRecord {
+    /// Its name.
+    pub name: String,
+    /// Isovalue, in the volume's values.
+    pub iso: f64,
+    /// HU or value.
+    pub unit: Unit,
+    /// Change of the isovalue that the threshold error stands for, in values.
+    pub iso_tolerance: f64,
+    /// First and last t within the box of the scan; absent when the ray misses it.
+    pub box_mm: Option<[f64; 2]>,
+    /// In order.
+    pub crossings: Vec<CrossingRecord>,
+    /// Stretches of bone, in order.
+    pub segments: Vec<Segment>,
+}
+
+/// One crossing of the isosurface.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct CrossingRecord {
+    /// Distance from the ray's origin.
+    pub t_mm: f64,
+    /// Enter, exit or touch.
+    pub kind: Kind,
+    /// Lowest sample of its cell.
+    pub cell: [usize; 3],
+    /// LPS mm.
+    pub point_mm: [f64; 3],
+    /// Outward unit normal, LPS.
+    pub normal: [f64; 3],
+    /// Bracket of the root.
+    pub error_mm: f64,
+    /// How far the crossing moves when the isovalue changes by the tolerance: δiso / |∂f/∂t|; absent at a cut face.
+    pub threshold_error_mm: Option<f64>,
+    /// At a face of the volume rather than on the isosurface.
+    pub clipped: bool,
+}
+
+/// One stretch of bone.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Segment {
+    /// Where it begins.
+    pub from_mm: f64,
+    /// Where it ends.
+    pub to_mm: f64,
+    /// Its length.
+    pub length_mm: f64,
+    /// Root brackets of both ends.
+    pub root_error_mm: f64,
+    /// Threshold errors of both ends, added, as one isovalue moves both.
+    pub threshold_error_mm: f64,
+    /// All named parts together.
+    pub error_mm: f64,
+    /// It begins or ends at a face of the volume.
+    pub clipped: bool,
+    /// Thinner than two sample distances along the ray: a threshold cannot measure it.
+    pub below_resolution: bool,
+}
+
+/// A stretch of the ray and the volumes whose bone it is in.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LedgerEntry {
+    /// Where it begins.
+    pub from_mm: f64,
+    /// Where it ends.
+    pub to_mm: f64,
+    /// Its length.
+    pub length_mm: f64,
+    /// Names of the volumes; empty in a gap.
+    pub inside: Vec<String>,
+}
+
+/// Bone ends within one HU kernel's doubt of each other are told apart by 50 HU: the tolerance where values are HU.
+const ISO_TOLERANCE_HU: f64 = 50.0;
+/// Elsewhere: this part of the step from air to bone, taken as the step between Otsu's two classes.
+const ISO_TOLERANCE_OF_STEP: f64 = 0.05;
+
+/// The change of isovalue that a threshold error stands for: 50 HU, or 5 % of the bone–air step.
+pub fn iso_tolerance(volume: &Volume) -> f64 {
+    match volume.unit() {
+        Unit::Hounsfield => ISO_TOLERANCE_HU,
+        Unit::Value => ISO_TOLERANCE_OF_STEP * volume.otsu_step().unwrap_or(0.0),
+    }
+}
+
+/// Casts the difference ray through `volumes`, each with its layer's isovalue and transform, in float64.
+pub fn probe(volumes: &[Arc<Volume>], layers: &[Layer], ray: &Ray) -> Result<DifferenceRay, GridError> {
+    let records = volumes.iter().zip(layers).map(|(volume, layer)| {
+        let surface = Surface::new(volume, layer.iso, layer.transform)?;
+        Ok(record(&surface, layer.iso, ray))
+    });
+    let volumes = unique_names(records.collect::<Result<Vec<_>, GridError>>()?);
+    let ledger = ledger(&volumes);
+    let ray = RayRecord { origin_mm: ray.origin.0.to_array(), direction: ray.direction.to_array() };
+    Ok(DifferenceRay { ray, volumes, ledger })
+}
+
+/// The ledger tells volumes apart by name: the second of two equal names gets its number.
+fn unique_names(mut volumes: Vec<VolumeRecord>) -> Vec<VolumeRecord> {
+    for n in 1..volumes.len() {
+        if volumes[..n].iter().any(|v| v.name == volumes[n].name) {
+            volumes[n].name = format!("{} ({})", volumes[n].name, n + 1);
+        }
+    }
+    volumes
+}
+
+fn record(surface: &Surface, iso: f64, ray: &Ray) -> VolumeRecord {
+    let volume = &surface.volume;
+    let iso_tolerance = iso_tolerance(volume);
+    let crossings: Vec<CrossingRecord> =
+        reference::crossings(surface, ray).iter().map(|c| crossing_record(surface, iso_tolerance, c)).collect();
+    // One step of t in samples: two samples must fit in a wall for a threshold to see both its sides.
+    let samples_per_mm = surface.grid.world_to_index().transform_vector3(ray.direction).length();
+    VolumeRecord {
+        name: volume.name().to_owned(),
+        iso,
+        unit: volume.unit(),
+        iso_tolerance,
+        box_mm: reference::box_span(surface, ray).map(|s| s.t_mm),
+        segments: segments(&crossings, 2.0 / samples_per_mm),
+        crossings,
+    }
+}
+
+fn crossing_record(surface: &Surface, iso_tolerance: f64, crossing: &Crossing) -> CrossingRecord {
+    let value_per_mm = (crossing.slope_per_mm * surface.volume.slope()).abs();
+    CrossingRecord {
+        t_mm: crossing.t_mm,
+        kind: crossing.kind,
+        cell: crossing.cell.to_array(),
+        point_mm: reference::world(surface, crossing).0.to_array(),
+        normal: crossing.normal.to_array(),
+        error_mm: crossing.error_mm,
+        threshold_error_mm: (!crossing.clipped && value_per_mm > 0.0).then(|| iso_tolerance / value_per_mm),
+        clipped: crossing.clipped,
+    }
+}
+
+fn segments(crossings: &[CrossingRecord], resolved_mm: f64) -> Vec<Segment> {
+    let ends: Vec<&CrossingRecord> = crossings.iter().filter(|c| c.kind != Kind::Touch).collect();
+    let segment = |pair: &[&CrossingRecord]| {
+        let [enter, exit] = [pair[0], pair[1]];
+        let length_mm = exit.t_mm - enter.t_mm;
+        let root_error_mm = enter.error_mm + exit.error_mm;
+        let threshold_error_mm = enter.threshold_error_mm.unwrap_or(0.0) + exit.threshold_error_mm.unwrap_or(0.0);
+        Segment {
+            from_mm: enter.t_mm,
+            to_mm: exit.t_mm,
+            length_mm,
+            root_error_mm,
+            threshold_error_mm,
+            error_mm: root_error_mm + threshold_error_mm,
+            clipped: enter.clipped || exit.clipped,
+            below_resolution: length_mm < resolved_mm,
+        }
+    };
+    ends.chunks_exact(2).map(segment).collect()
+}
+
+/// Cuts the union of the boxes wherever a box or a segment begins or ends.
+fn ledger(volumes: &[VolumeRecord]) -> Vec<LedgerEntry> {
+    let boxes = volumes.iter().filter_map(|v| v.box_mm);
+    let Some((first, last)) = boxes.map(|[a, b]| (a, b)).reduce(|x, y| (x.0.min(y.0), x.1.max(y.1))) else { return vec![] };
+    let mut cuts = vec![first, last];
+    cuts.extend(volumes.iter().flat_map(|v| &v.segments).flat_map(|s| [s.from_mm, s.to_mm]));
+    cuts.sort_by(f64::total_cmp);
+    cuts.dedup();
+    let mut ledger: Vec<LedgerEntry> = Vec::new();
+    for pair in cuts.windows(2) {
+        let (from_mm, to_mm) = (pair[0], pair[1]);
+        let is_in = |v: &&VolumeRecord| v.segments.iter().any(|s| s.from_mm <= from_mm && to_mm <= s.to_mm);
+        let inside = volumes.iter().filter(is_in).map(|v| v.name.clone()).collect();
+        ledger.push(LedgerEntry { from_mm, to_mm, length_mm: to_mm - from_mm, inside });
+    }
+    ledger
+}

@@ -1,0 +1,164 @@
+//! Registration: rigid and affine transforms of the world (LPS mm) from the files that other programs write.
+
+use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
+use serde_json::Value;
+use std::path::Path;
+use thiserror::Error;
+
+/// Why a transform cannot be read. Each names the file.
+#[derive(Debug, Error)]
+#[error("{file}: {reason}")]
+pub struct TransformError {
+    file: String,
+    reason: String,
+}
+
+/// Reads the transform that moves the volume called `moving` onto one of those called `fixed`, from
+/// * JSON: 4×4 rows, or an object with `R` (3×3 rows) and `t`; or `pairs`, an object of such objects named `moving->fixed`
+///   after the scans, of which `FILE#NAME` picks one by name;
+/// * an ITK text transform (`.tfm`): affine, Euler or versor. ITK's map leads from the fixed to the moving image, as resampling
+///   needs it, so the volume is moved by its inverse, as in 3D Slicer.
+pub fn read_transform(path: &Path, moving: &str, fixed: &[&str]) -> Result<DAffine3, TransformError> {
+    let text_path = path.to_string_lossy();
+    let (file, pair) = match text_path.rsplit_once('#') {
+        Some((file, pair)) if !path.exists() => (file, Some(pair)),
+        _ => (&*text_path, None),
+    };
+    let fail = |reason: String| TransformError { file: file.to_owned(), reason };
+    let text = std::fs::read_to_string(file).map_err(|e| fail(format!("cannot be read ({e}); check the name and permissions")))?;
+    let transform = if text.trim_start().starts_with("#Insight Transform File") {
+        itk(&text).map(|t| t.inverse())
+    } else {
+        match serde_json::from_str::<Value>(&text) {
+            Ok(value) => json(&value, moving, fixed, pair),
+            Err(e) => Err(format!("is neither JSON ({e}) nor an ITK text transform; give a 4×4 matrix, R and t, or a .tfm")),
+        }
+    };
+    let transform = transform.map_err(fail)?;
+    if !transform.is_finite() || transform.matrix3.determinant() == 0.0 {
+        return Err(fail("holds a transform that cannot be inverted; register again".into()));
+    }
+    Ok(transform)
+}
+
+fn numbers(value: &Value) -> Option<Vec<f64>> {
+    match value {
+        Value::Number(n) => Some(vec![n.as_f64()?]),
+        Value::Array(items) => items.iter().map(numbers).collect::<Option<Vec<_>>>().map(|v| v.concat()),
+        _ => None,
+    }
+}
+
+fn json(value: &Value, moving: &str, fixed: &[&str], pair: Option<&str>) -> Result<DAffine3, String> {
+    if let Some(pairs) = value.get("pairs").and_then(Value::as_object) {
+        // "C57BL6_J_->DBA_2J_" belongs to scans whose names begin so.
+        let fits = |key: &str| {
+            key.split_once("->").is_some_and(|(from, to)| moving.starts_with(from) && fixed.iter().any(|name| name.starts_with(to)))
+        };
+        let chosen = pairs.iter().find(|(key, _)| pair.map_or_else(|| fits(key), |name| name == *key));
+        let names = || pairs.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
+        let (_, chosen) =
+            chosen.ok_or_else(|| format!("has no pair that leads from {moving} to another scan; name one as FILE#NAME of: {}", names()))?;
+        return json(chosen, moving, fixed, None);
+    }
+    if let (Some(r), Some(t)) = (value.get("R").and_then(numbers), value.get("t").and_then(numbers)) {
+        let (Ok(r), Ok(t)) = (<[f64; 9]>::try_from(r), <[f64; 3]>::try_from(t)) else {
+            return Err("has R and t, but not of 9 and 3 numbers".into());
+        };
+        return Ok(DAffine3::from_mat3_translation(DMat3::from_cols_array(&r).transpose(), DVec3::from(t)));
+    }
+    let rows: Option<[f64; 16]> = numbers(value).and_then(|n| n.try_into().ok());
+    let matrix = DMat4::from_cols_array(&rows.ok_or("holds neither a 4×4 matrix nor R and t")?).transpose();
+    if matrix.row(3) != glam::DVec4::W {
+        return Err("holds a 4×4 matrix whose last row is not 0 0 0 1; give the rows in order".into());
+    }
+    Ok(DAffine3::from_mat4(matrix))
+}
+
+fn itk(text: &str) -> Result<DAffine3, String> {
+    let field = |name: &str| text.lines().find_map(|l| l.strip_prefix(name)).map(str::trim);
+    let list = |name: &str| -> Result<Vec<f64>, String> {
+        let text = field(name).ok_or_else(|| format!("has no line {name:?}"))?;
+        text.split_whitespace().map(|w| w.parse().map_err(|_| format!("has {w:?} where {name:?} needs a number"))).collect()
+    };
+    let kind = field("Transform:").ok_or("has no line \"Transform:\"")?;
+    let parameters = list("Parameters:")?;
+    let centre = list("FixedParameters:")?;
+    let centre = centre.get(..3).map_or(DVec3::ZERO, DVec3::from_slice);
+    let count = |n: usize| {
+        if parameters.len() == n { Ok(()) } else { Err(format!("has {} parameters where {kind} has {n}", parameters.len())) }
+    };
+    let name = kind.split('_').next().unwrap_or(kind);
+    let (matrix, translation) = match name {
+        "AffineTransform" | "MatrixOffsetTransformBase" => {
+            count(12)?;
+            (DMat3::from_cols_slice(&parameters[..9]).transpose(), DVec3::from_slice(&parameters[9..]))
+        }
+        "Euler3DTransform" => {
+            count(6)?;
+            // ITK's default order: Rz·Rx·Ry.
+            let [x, y, z] = [parameters[0], parameters[1], parameters[2]];
+            let m = DMat3::from_rotation_z(z) * DMat3::from_rotation_x(x) * DMat3::from_rotation_y(y);
+            (m, DVec3::from_slice(&parameters[3..]))
+        }
+        "VersorRigid3DTransform" => {
+            count(6)?;
+            let v = DVec3::from_slice(&parameters[..3]);
+            let w = (1.0 - v.length_squared()).max(0.0).sqrt();
+            (DMat3::from_quat(DQuat::from_xyzw(v.x, v.y, v.z, w)), DVec3::from_slice(&parameters[3..]))
+        }
+        _ => return Err(format!("is a {name}, which does not move a volume rigidly or affinely; export a linear transform")),
+    };
+    Ok(DAffine3::from_mat3_translation(matrix, translation + centre - matrix * centre))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str, name: &str) -> Result<DAffine3, TransformError> {
+        let path = std::env::temp_dir().join(format!("bregma-transform-{}-{name}", std::process::id()));
+        std::fs::write(&path, text).unwrap();
+        let read = read_transform(&path, "A_1.nii.gz", &["B_2.nrrd"]);
+        std::fs::remove_file(path).unwrap();
+        read
+    }
+
+    #[test]
+    fn all_forms_move_the_same_point_to_the_same_place() {
+        // Fails if rows and columns are swapped, or ITK's direction is not turned round.
+        let p = DVec3::new(1.0, 2.0, 3.0);
+        let expected = DVec3::new(-2.0 + 10.0, 1.0 + 20.0, 3.0 + 30.0); // a quarter turn about z, then a shift
+        let r = "[[0,-1,0],[1,0,0],[0,0,1]]";
+        let forms = [
+            ("rt.json", format!(r#"{{"R": {r}, "t": [10,20,30]}}"#)),
+            ("rows.json", "[[0,-1,0,10],[1,0,0,20],[0,0,1,30],[0,0,0,1]]".to_owned()),
+            ("pairs.json", format!(r#"{{"pairs": {{"B->A": {{}}, "A_1->B_2": {{"R": {r}, "t": [10,20,30]}}}}}}"#)),
+            // The inverse: turned back about z, t' = −Rᵀt.
+            ("itk.tfm", "#Insight Transform File V1.0\n#Transform 0\nTransform: AffineTransform_double_3_3\nParameters: 0 1 0 -1 0 0 0 0 1 -20 10 -30\nFixedParameters: 0 0 0\n".to_owned()),
+            ("euler.tfm", "#Insight Transform File V1.0\n#Transform 0\nTransform: Euler3DTransform_double_3_3\nParameters: 0 0 -1.5707963267948966 -20 10 -30\nFixedParameters: 0 0 0\n".to_owned()),
+        ];
+        for (name, text) in forms {
+            let moved = read(&text, name).unwrap().transform_point3(p);
+            assert!((moved - expected).length() < 1e-12, "{name}: {moved}");
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_used_says_why() {
+        for (name, text, part) in [
+            ("empty", "", "neither JSON"),
+            ("no-pair", r#"{"pairs": {"X->Y": {}}}"#, "X->Y"),
+            ("singular", r#"{"R": [[0,0,0],[0,0,0],[0,0,0]], "t": [0,0,0]}"#, "inverted"),
+            ("short", "[1,2,3]", "4×4"),
+            (
+                "spline",
+                "#Insight Transform File V1.0\nTransform: BSplineTransform_double_3_3\nParameters: 0\nFixedParameters: 0\n",
+                "BSpline",
+            ),
+        ] {
+            let message = read(text, name).unwrap_err().to_string();
+            assert!(message.contains(part) && message.contains(name), "{message}");
+        }
+    }
+}
