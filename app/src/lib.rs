@@ -1,4 +1,7 @@
 //! The workstation: a window and a command line over the libraries of this workspace.
 
+pub mod args;
+pub mod commands;
 pub mod input;
+pub mod output;
 pub mod window;

@@ -1,6 +1,6 @@
 //! Difference rays as text: a table to read, CSV for statistics, 3D Slicer markups.
 
-use crate::probe::DifferenceRay;
+use crate::probe::{DifferenceRay, Segment};
 use serde_json::{Value, json};
 use std::fmt::Write;
 
@@ -28,15 +28,14 @@ pub fn table(d: &DifferenceRay) -> String {
             line(format_args!("  {:>4} {:>10} {:>10} {:>10} {:>9}", "bone", "from mm", "to mm", "length mm", "± mm"));
         }
         for (n, s) in v.segments.iter().enumerate() {
-            let clipped = if s.clipped { "  cut by the scan's edge" } else { "" };
-            let thin = if s.below_resolution { "  thinner than the scan resolves" } else { "" };
             line(format_args!(
-                "  {:>4} {:>10.3} {:>10.3} {:>10.3} {:>9.3}{clipped}{thin}",
+                "  {:>4} {:>10.3} {:>10.3} {:>10.3} {:>9.3}{}",
                 n + 1,
                 s.from_mm,
                 s.to_mm,
                 s.length_mm,
-                s.error_mm
+                s.error_mm,
+                flags(s)
             ));
         }
     }
@@ -46,6 +45,38 @@ pub fn table(d: &DifferenceRay) -> String {
         line(format_args!("{:>10.3} {:>10.3} {:>10.3}  {inside}", e.from_mm, e.to_mm, e.length_mm));
     }
     out
+}
+
+/// A table for people of the bone segments of many rays, numbered from 1 in their order.
+pub fn table_of_rays(rays: &[DifferenceRay]) -> String {
+    let mut out =
+        format!("{:>6} {:<24} {:>4} {:>10} {:>10} {:>10} {:>9}\n", "ray", "volume", "bone", "from mm", "to mm", "length mm", "± mm");
+    for (r, d) in rays.iter().enumerate() {
+        for v in &d.volumes {
+            for (n, s) in v.segments.iter().enumerate() {
+                let row = format!(
+                    "{:>6} {:<24} {:>4} {:>10.3} {:>10.3} {:>10.3} {:>9.3}{}\n",
+                    r + 1,
+                    v.name,
+                    n + 1,
+                    s.from_mm,
+                    s.to_mm,
+                    s.length_mm,
+                    s.error_mm,
+                    flags(s)
+                );
+                out.push_str(&row);
+            }
+        }
+    }
+    out
+}
+
+/// What a reader must know about a segment before using its length.
+pub fn flags(s: &Segment) -> String {
+    let clipped = if s.clipped { "  cut by the scan's edge" } else { "" };
+    let thin = if s.below_resolution { "  thinner than the scan resolves" } else { "" };
+    format!("{clipped}{thin}")
 }
 
 /// The columns of [`csv_rows`].
@@ -95,7 +126,7 @@ pub fn markups(rays: &[DifferenceRay]) -> Value {
     })
 }
 
-fn markup_line(d: &DifferenceRay, label: &str, s: &crate::probe::Segment) -> Value {
+fn markup_line(d: &DifferenceRay, label: &str, s: &Segment) -> Value {
     let at = |t_mm: f64| -> [f64; 3] { std::array::from_fn(|a| d.ray.origin_mm[a] + t_mm * d.ray.direction[a]) };
     let point = |n: usize, t_mm: f64| {
         json!({

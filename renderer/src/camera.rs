@@ -146,11 +146,16 @@ impl PixelRays {
 impl Camera {
     /// The orbit of `bounds`: azimuth 0 looks at the face (from anterior), 90 at the left side; elevation raises the eye.
     pub fn orbit(bounds: &Bounds, azimuth_deg: f64, elevation_deg: f64) -> Self {
+        Self::orbit_with_fov(bounds, azimuth_deg, elevation_deg, FOV_DEG)
+    }
+
+    /// The orbit at the distance from which a vertical field of view of `fov_deg` just holds `bounds`.
+    pub fn orbit_with_fov(bounds: &Bounds, azimuth_deg: f64, elevation_deg: f64, fov_deg: f64) -> Self {
         let (sin_az, cos_az) = azimuth_deg.to_radians().sin_cos();
         let (sin_el, cos_el) = elevation_deg.to_radians().sin_cos();
-        let distance = bounds.radius_mm / (FOV_DEG / 2.0).to_radians().sin();
+        let distance = bounds.radius_mm / (fov_deg / 2.0).to_radians().sin();
         let eye_mm = bounds.centre_mm + distance * DVec3::new(cos_el * sin_az, -cos_el * cos_az, sin_el);
-        Self { eye_mm, target_mm: bounds.centre_mm, up: DVec3::Z, projection: Projection::Perspective { fov_deg: FOV_DEG } }
+        Self { eye_mm, target_mm: bounds.centre_mm, up: DVec3::Z, projection: Projection::Perspective { fov_deg } }
     }
 
     /// The picture's axes. A view along `up` takes another axis for it; an eye on its target looks from anterior.

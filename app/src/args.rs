@@ -1,0 +1,368 @@
+//! The command line: what is agreed in `bregma --help`, parsed.
+
+use crate::input::Source;
+use bregma_renderer::{Color, Mode};
+use bregma_volume::formats::RawLayout;
+use clap::{Arg, ArgAction, ArgMatches, Args, Command as ClapCommand, FromArgMatches, Parser, Subcommand, ValueEnum};
+use glam::DVec3;
+use std::path::PathBuf;
+
+/// The whole command line.
+#[derive(Debug, Parser)]
+#[command(
+    name = "bregma",
+    version,
+    about = "A workstation for people who compare scanned skulls",
+    long_about = "A workstation for people who compare scanned skulls: exact isosurfaces of CT volumes, one over the other, and the \
+                  length of every stretch of bone along a ray, with its error.\n\nWith files, or with nothing, it opens its window; \
+                  without a file it shows a built-in pair of synthetic skulls.",
+    after_help = "Examples:\n  bregma                                   the built-in pair\n  bregma skull.nrrd                        one scan\n  bregma a.nii.gz --transform a-to-b.json b.nii.gz\n  bregma render skull.nrrd --iso 300 --orbit 30,15 --out skull.png",
+    args_conflicts_with_subcommands = true
+)]
+pub struct Cli {
+    /// What to do; the window when absent.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+    /// Scans to open in the window.
+    #[command(flatten)]
+    pub sources: Sources<0>,
+    /// Options for all.
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Options for every command.
+#[derive(Clone, Debug, Args)]
+pub struct Common {
+    /// What draws; auto is a hardware GPU if there is one, else the CPU
+    #[arg(long, value_enum, default_value = "auto", global = true)]
+    pub backend: Backend,
+    /// CPU threads; all cores when absent
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), global = true)]
+    pub threads: Option<u16>,
+}
+
+/// What draws.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Backend {
+    /// A hardware GPU if there is one, else the CPU.
+    Auto,
+    /// The CPU.
+    Cpu,
+    /// Any GPU, even a software driver.
+    Gpu,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Write the synthetic pair, a session, a picture of each mode and a probe
+    #[command(after_help = "Example:\n  bregma demo --out bregma-demo")]
+    Demo(DemoArgs),
+    /// Say what a scan is
+    #[command(after_help = "Examples:\n  bregma info skull.nrrd\n  bregma info --json *.nii.gz")]
+    Info(InfoArgs),
+    /// Draw one picture
+    #[command(
+        after_help = "Examples:\n  bregma render skull.nrrd --iso 300 --out skull.png\n  bregma render a.nii.gz --transform a-to-b.json b.nii.gz --mode overlay --orbit 40,10 --size 1600x1200 --out pair.png\n  bregma render skull.nrrd --eye 0,-600,0 --target 0,0,0 --fov 25 --depth depth.npy --out skull.png"
+    )]
+    Render(RenderArgs),
+    /// Cast the difference ray: crossings, bone segments and their lengths
+    #[command(
+        after_help = "Examples:\n  bregma probe a.nrrd b.nrrd --iso 226 --origin 0,-200,40 --direction 0,1,0\n  bregma probe skull.nrrd --origin 0,-200,40 --toward 0,0,40 --format json\n  bregma probe skull.nrrd --rays rays.csv --format csv"
+    )]
+    Probe(ProbeArgs),
+    /// Time the orbit
+    #[command(after_help = "Example:\n  bregma bench skull.nrrd --iso 300 --json")]
+    Bench(BenchArgs),
+}
+
+/// `bregma demo`.
+#[derive(Debug, Args)]
+pub struct DemoArgs {
+    /// Folder to write into; made if it is not there
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Samples along the longest side
+    #[arg(long, value_name = "N", default_value_t = crate::input::DEMO_SIZE as u16, value_parser = clap::value_parser!(u16).range(2..=2048))]
+    pub size: u16,
+}
+
+/// `bregma info`.
+#[derive(Debug, Args)]
+pub struct InfoArgs {
+    /// The scans.
+    #[command(flatten)]
+    pub sources: Sources<1>,
+    /// One JSON object for each file, a line each
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Isovalues.
+#[derive(Debug, Args)]
+pub struct Isovalues {
+    /// Isovalue in the scan's values (HU where the file says so): once for all volumes, or once for each in order; bone in HU,
+    /// else Otsu's threshold, when absent
+    #[arg(long, value_name = "V", value_parser = number, allow_hyphen_values = true, value_delimiter = ',')]
+    pub iso: Vec<f64>,
+}
+
+/// `bregma render`.
+#[derive(Debug, Args)]
+pub struct RenderArgs {
+    /// The scans.
+    #[command(flatten)]
+    pub sources: Sources<1>,
+    /// The picture, PNG
+    #[arg(long, value_name = "P.png")]
+    pub out: PathBuf,
+    /// Isovalues.
+    #[command(flatten)]
+    pub isovalues: Isovalues,
+    /// How surfaces are put together
+    #[arg(long, value_enum)]
+    pub mode: Option<ModeName>,
+    /// Pixels
+    #[arg(long, value_name = "WxH", value_parser = size, default_value = "512x512")]
+    pub size: (u32, u32),
+    /// How roots are found
+    #[arg(long, value_parser = ["exact"], default_value = "exact")]
+    pub solver: String,
+    /// Opacity of a surface that overlay draws transparent: once for all, or once for each volume
+    #[arg(long, value_name = "V", value_parser = number, value_delimiter = ',')]
+    pub opacity: Vec<f64>,
+    /// Surface colour RRGGBB: once for all, or once for each volume
+    #[arg(long, value_name = "HEX", value_parser = color, value_delimiter = ',')]
+    pub color: Vec<Color>,
+    /// RRGGBB or transparent
+    #[arg(long, value_name = "HEX", value_parser = background)]
+    pub background: Option<Background>,
+    /// The camera.
+    #[command(flatten)]
+    pub camera: CameraArgs,
+    /// Distance along each pixel's ray to the first surface drawn, mm: NPY float32, NaN where none
+    #[arg(long, value_name = "P.npy")]
+    pub depth: Option<PathBuf>,
+    /// Number of the volume that is drawn in each pixel, from 1: NPY uint8, 0 where none
+    #[arg(long, value_name = "P.npy")]
+    pub volume_id: Option<PathBuf>,
+}
+
+/// The camera, LPS mm.
+#[derive(Debug, Args)]
+pub struct CameraArgs {
+    /// Where the viewer stands
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, conflicts_with = "orbit")]
+    pub eye: Option<DVec3>,
+    /// What the centre of the picture shows; the middle of the scans when absent
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, requires = "eye")]
+    pub target: Option<DVec3>,
+    /// A direction that points up in the picture [default: 0,0,1]
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
+    pub up: Option<DVec3>,
+    /// Vertical field of view, degrees [default: 30]
+    #[arg(long, value_name = "DEG", value_parser = field_of_view, conflicts_with = "ortho")]
+    pub fov: Option<f64>,
+    /// Parallel projection; height of the view, mm
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    pub ortho: Option<f64>,
+    /// Azimuth and elevation around the scans, degrees; 0,0 looks at the face, 90,0 at the left side
+    #[arg(long, value_name = "AZ,EL", value_parser = pair, allow_hyphen_values = true)]
+    pub orbit: Option<(f64, f64)>,
+}
+
+/// `bregma probe`.
+#[derive(Debug, Args)]
+pub struct ProbeArgs {
+    /// The scans.
+    #[command(flatten)]
+    pub sources: Sources<1>,
+    /// Isovalues.
+    #[command(flatten)]
+    pub isovalues: Isovalues,
+    /// Where the ray begins, LPS mm
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, required_unless_present = "rays")]
+    pub origin: Option<DVec3>,
+    /// Where it goes
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, required_unless_present_any = ["toward", "rays"])]
+    pub direction: Option<DVec3>,
+    /// A point that it goes toward, LPS mm
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, conflicts_with = "direction")]
+    pub toward: Option<DVec3>,
+    /// Many rays: CSV with the header ox,oy,oz,dx,dy,dz, mm
+    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["origin", "direction", "toward"])]
+    pub rays: Option<PathBuf>,
+    /// Form of the answer
+    #[arg(long, value_enum, default_value = "table")]
+    pub format: ProbeFormat,
+}
+
+/// Form of a probe's answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ProbeFormat {
+    /// For reading.
+    Table,
+    /// Everything; one object a line for many rays.
+    Json,
+    /// One row for each bone segment.
+    Csv,
+    /// 3D Slicer's markups JSON, one Line for each bone segment.
+    Markups,
+}
+
+/// `bregma bench`.
+#[derive(Debug, Args)]
+pub struct BenchArgs {
+    /// The scans.
+    #[command(flatten)]
+    pub sources: Sources<1>,
+    /// Isovalues.
+    #[command(flatten)]
+    pub isovalues: Isovalues,
+    /// How surfaces are put together
+    #[arg(long, value_enum, default_value = "iso")]
+    pub mode: ModeName,
+    /// Pixels along each side
+    #[arg(long, value_name = "N", default_value_t = 512, value_parser = clap::value_parser!(u32).range(1..=16384))]
+    pub size: u32,
+    /// Frames of the orbit
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub frames: u32,
+    /// One JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// A render mode by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ModeName {
+    /// The nearest surface.
+    Iso,
+    /// The near skull transparent over the other.
+    Overlay,
+}
+
+impl From<ModeName> for Mode {
+    fn from(name: ModeName) -> Self {
+        match name {
+            ModeName::Iso => Self::Iso,
+            ModeName::Overlay => Self::Overlay,
+        }
+    }
+}
+
+/// Behind the surfaces.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Background(pub Option<Color>);
+
+/// Scans with what belongs to each: `--transform`, `--spacing` and `--raw` apply to the file before them; spacing and layout
+/// given before the first file apply to all. At least `MIN` files.
+#[derive(Clone, Debug)]
+pub struct Sources<const MIN: usize>(pub Vec<Source>);
+
+impl<const MIN: usize> Args for Sources<MIN> {
+    fn augment_args(command: ClapCommand) -> ClapCommand {
+        let path = || clap::value_parser!(PathBuf);
+        let files = Arg::new("files").value_name("FILE").value_parser(path()).num_args(MIN..).required(MIN > 0);
+        let option = |name: &'static str, value: &'static str| Arg::new(name).long(name).value_name(value).action(ArgAction::Append);
+        command
+            .arg(files.help("A scan (NRRD, NIfTI, headerless with --raw), or a session"))
+            .arg(
+                option("transform", "FILE").value_parser(path()).help(
+                    "Registration of the scan before it: JSON (4×4 rows; R and t; or pairs, chosen by name or FILE#NAME) or ITK .tfm",
+                ),
+            )
+            .arg(
+                option("spacing", "X,Y,Z")
+                    .value_parser(spacing)
+                    .help("Sample spacing of the scan before it, mm, where its file states none"),
+            )
+            .arg(option("raw", "LAYOUT").value_parser(raw).help("The scan before it is headerless: WxHxD,u8|u16|i16|f32[,be][,skip=N]"))
+    }
+
+    fn augment_args_for_update(command: ClapCommand) -> ClapCommand {
+        Self::augment_args(command)
+    }
+}
+
+impl<const MIN: usize> FromArgMatches for Sources<MIN> {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let placed = |name: &str| matches.indices_of(name).into_iter().flatten().collect::<Vec<_>>();
+        let files = matches.get_many::<PathBuf>("files").into_iter().flatten();
+        let mut sources: Vec<Source> = files.map(|f| Source { file: f.clone(), ..Source::default() }).collect();
+        let at = placed("files");
+        // Each option belongs to the last file before it; `None` is before all.
+        let owner = |index: usize| at.iter().rposition(|&file| file < index);
+        for (index, file) in placed("transform").into_iter().zip(matches.get_many::<PathBuf>("transform").into_iter().flatten()) {
+            let n = owner(index).ok_or_else(|| usage("--transform applies to the scan before it: name the scan first"))?;
+            sources[n].transform = Some(file.clone());
+        }
+        for (index, mm) in placed("spacing").into_iter().zip(matches.get_many::<DVec3>("spacing").into_iter().flatten()) {
+            let first = owner(index);
+            sources.iter_mut().enumerate().filter(|(n, _)| first.is_none_or(|f| f == *n)).for_each(|(_, s)| s.spacing_mm = Some(*mm));
+        }
+        for (index, text) in placed("raw").into_iter().zip(matches.get_many::<String>("raw").into_iter().flatten()) {
+            let first = owner(index);
+            sources.iter_mut().enumerate().filter(|(n, _)| first.is_none_or(|f| f == *n)).for_each(|(_, s)| s.raw = Some(text.clone()));
+        }
+        Ok(Self(sources))
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+/// A usage error with status 2, in clap's form.
+pub fn usage(message: &str) -> clap::Error {
+    clap::Error::raw(clap::error::ErrorKind::ValueValidation, format!("{message}\n"))
+}
+
+fn number(text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| "not a number".into())
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    number(text).ok().filter(|&v| v > 0.0).ok_or_else(|| "not a positive number".into())
+}
+
+fn field_of_view(text: &str) -> Result<f64, String> {
+    number(text).ok().filter(|&v| v > 0.0 && v < 180.0).ok_or_else(|| "not an angle between 0 and 180 degrees".into())
+}
+
+fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
+    let parts: Result<Vec<f64>, String> = text.split(',').map(|t| number(t.trim())).collect();
+    parts.ok().and_then(|p| p.try_into().ok()).ok_or_else(|| format!("not {N} numbers with commas between them"))
+}
+
+fn point(text: &str) -> Result<DVec3, String> {
+    numbers::<3>(text).map(DVec3::from)
+}
+
+fn pair(text: &str) -> Result<(f64, f64), String> {
+    numbers::<2>(text).map(|[a, b]| (a, b))
+}
+
+fn spacing(text: &str) -> Result<DVec3, String> {
+    point(text).ok().filter(|s| s.min_element() > 0.0).ok_or_else(|| "not three positive lengths with commas between them".into())
+}
+
+fn raw(text: &str) -> Result<String, String> {
+    text.parse::<RawLayout>().map(|_| text.to_owned()).map_err(|e| e.to_string())
+}
+
+fn size(text: &str) -> Result<(u32, u32), String> {
+    let parsed = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+    // A picture of 16,384² is 1 GiB of colours and as much of depths.
+    parsed.filter(|&(w, h)| (1..=16384).contains(&w) && (1..=16384).contains(&h)).ok_or_else(|| "not a size such as 1920x1080".into())
+}
+
+fn color(text: &str) -> Result<Color, String> {
+    Color::from_hex(text).ok_or_else(|| "not a colour such as ead7b0".into())
+}
+
+fn background(text: &str) -> Result<Background, String> {
+    if text == "transparent" { Ok(Background(None)) } else { color(text).map(|c| Background(Some(c))) }
+}

@@ -1,0 +1,105 @@
+//! `bregma bench`: how long the frames of the orbit take.
+
+use super::{CommandError, open, print, renderer};
+use crate::args::{Backend, BenchArgs, ModeName};
+use bregma_renderer::Camera;
+use bregma_volume::RangeBricks;
+use serde::Serialize;
+use std::time::Instant;
+
+#[derive(Serialize)]
+struct Dims {
+    dims: [usize; 3],
+}
+
+#[derive(Serialize)]
+struct Record {
+    backend: &'static str,
+    adapter: String,
+    threads: usize,
+    mode: &'static str,
+    solver: &'static str,
+    size: u32,
+    frames: u32,
+    volumes: Vec<Dims>,
+    first_frame_ms: f64,
+    median_ms: f64,
+    p95_ms: f64,
+    isovalue_change_ms: f64,
+    rays_per_s: f64,
+    memory_bytes: usize,
+}
+
+/// Degrees above the horizon that the orbit looks from.
+const ELEVATION_DEG: f64 = 15.0;
+
+/// Times the orbit. A frame is timed from the request to the pixels in memory.
+pub fn bench(args: &BenchArgs, backend: Backend) -> Result<(), CommandError> {
+    let mut opened = open(&args.sources.0, &args.isovalues)?;
+    opened.scene.mode = args.mode.into();
+    let bounds = opened.bounds();
+    let mut renderer = renderer(backend)?;
+    let name = renderer.name();
+    let orbit = |f: u32| Camera::orbit(&bounds, 360.0 * f64::from(f) / f64::from(args.frames), ELEVATION_DEG);
+    let mut timed = |scene: &bregma_renderer::Scene| -> Result<f64, CommandError> {
+        let start = Instant::now();
+        renderer.render(&opened.volumes, scene, args.size, args.size)?;
+        Ok(start.elapsed().as_secs_f64() * 1e3)
+    };
+    let mut scene = opened.scene.clone();
+    scene.camera = orbit(0);
+    let first_frame_ms = timed(&scene)?;
+    let mut frames = Vec::new();
+    for f in 0..args.frames {
+        scene.camera = orbit(f);
+        frames.push(timed(&scene)?);
+    }
+    // The first exact frame of another surface: half a percent of the range away.
+    for (layer, volume) in scene.layers.iter_mut().zip(&opened.volumes) {
+        let [low, high] = volume.range();
+        layer.iso += 0.005 * (high - low);
+    }
+    scene.camera = orbit(0);
+    let isovalue_change_ms = timed(&scene)?;
+    frames.sort_by(f64::total_cmp);
+    let at = |part: f64| frames[((frames.len() - 1) as f64 * part).round() as usize];
+    let median_ms = at(0.5);
+    let bytes = |v: &bregma_volume::Volume| v.samples().bytes() + v.index_bytes() + map_bytes(v.bricks());
+    let record = Record {
+        backend: if name.starts_with("cpu") { "cpu" } else { "gpu" },
+        adapter: name,
+        threads: rayon::current_num_threads(),
+        mode: if args.mode == ModeName::Overlay { "overlay" } else { "iso" },
+        solver: "exact",
+        size: args.size,
+        frames: args.frames,
+        volumes: opened.volumes.iter().map(|v| Dims { dims: v.grid().dims() }).collect(),
+        first_frame_ms,
+        median_ms,
+        p95_ms: at(0.95),
+        isovalue_change_ms,
+        rays_per_s: f64::from(args.size).powi(2) / (median_ms / 1e3),
+        memory_bytes: opened.volumes.iter().map(|v| bytes(v)).sum(),
+    };
+    if args.json {
+        return print(&(serde_json::to_string(&record).expect("the record has only numbers, texts and lists") + "\n"));
+    }
+    print(&format!(
+        "{}\n  first frame      {:8.1} ms\n  median           {:8.1} ms of {} frames of {}×{}\n  95th percentile  {:8.1} ms\n  isovalue change  {:8.1} ms\n  rays             {:8.2} million a second\n  memory           {:8.1} MiB\n",
+        record.adapter,
+        record.first_frame_ms,
+        record.median_ms,
+        record.frames,
+        record.size,
+        record.size,
+        record.p95_ms,
+        record.isovalue_change_ms,
+        record.rays_per_s / 1e6,
+        record.memory_bytes as f64 / f64::from(1 << 20),
+    ))
+}
+
+/// One byte for each brick.
+fn map_bytes(bricks: &RangeBricks) -> usize {
+    bricks.ranges().len()
+}

@@ -1,0 +1,126 @@
+//! What the command line does, a file for each command.
+
+mod bench;
+mod demo;
+mod info;
+mod probe;
+mod render;
+
+pub use bench::bench;
+pub use demo::{demo, write_demo};
+pub use info::info;
+pub use probe::probe;
+pub use render::render;
+
+use crate::args::{Backend, Isovalues};
+use crate::input::{InputError, Opened, Source};
+use crate::output::OutputError;
+use bregma_renderer::{CpuRenderer, GpuRenderer, RenderError, Renderer};
+use bregma_volume::Progress;
+use bregma_volume::formats::nrrd;
+use std::io::{IsTerminal, Write};
+use std::time::Duration;
+use thiserror::Error;
+
+/// Why a command did not do its work: one sentence for the person.
+#[derive(Debug, Error)]
+pub enum CommandError {
+    /// Something could not be opened.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// Something could not be drawn.
+    #[error(transparent)]
+    Render(#[from] RenderError),
+    /// Something could not be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// A scan could not be written.
+    #[error(transparent)]
+    Scan(#[from] nrrd::WriteError),
+    /// A registration flattens a volume.
+    #[error("the transform of a volume cannot be used: {0}")]
+    Grid(#[from] bregma_volume::GridError),
+    /// Standard output broke.
+    #[error("standard output cannot be written ({0})")]
+    Stdout(std::io::Error),
+    /// A list of rays that cannot be used, or a folder that cannot be made.
+    #[error("{0}")]
+    File(String),
+    /// Wrong usage that only shows once the scans are known; status 2.
+    #[error("{0}")]
+    Usage(String),
+}
+
+/// Prints to standard output. A reader that has seen enough (a closed pipe) is no error.
+fn print(text: &str) -> Result<(), CommandError> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(CommandError::Stdout(e)),
+        _ => Ok(()),
+    }
+}
+
+fn warn(warnings: &[String]) {
+    for warning in warnings {
+        eprintln!("warning: {warning}");
+    }
+}
+
+/// Runs long work with a progress bar, if a person is watching.
+fn with_progress<T>(label: &'static str, work: impl FnOnce(&Progress) -> T) -> T {
+    let progress = Progress::default();
+    if !std::io::stderr().is_terminal() {
+        return work(&progress);
+    }
+    let done = std::sync::atomic::AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            let style = indicatif::ProgressStyle::with_template("{msg} {bar:40} {percent}%");
+            let bar = indicatif::ProgressBar::new(1000).with_message(label);
+            let bar = style.map(|s| bar.clone().with_style(s)).unwrap_or(bar);
+            while !done.load(std::sync::atomic::Ordering::Relaxed) {
+                bar.set_position((progress.fraction() * 1000.0) as u64);
+                std::thread::sleep(Duration::from_millis(50));
+            }
+            bar.finish_and_clear();
+        });
+        let result = work(&progress);
+        done.store(true, std::sync::atomic::Ordering::Relaxed);
+        result
+    })
+}
+
+/// Opens what a command names, with the isovalues it gives, and says what is unusual.
+fn open(sources: &[Source], isovalues: &Isovalues) -> Result<Opened, CommandError> {
+    let mut opened = with_progress("reading", |progress| Opened::read(sources, progress))?;
+    set_each(&mut opened.scene.layers, &isovalues.iso, "--iso", |layer, iso| layer.iso = *iso)?;
+    warn(&opened.warnings());
+    Ok(opened)
+}
+
+/// Applies values that are given once for all, or once for each.
+fn set_each<L, V>(layers: &mut [L], values: &[V], option: &str, set: impl Fn(&mut L, &V)) -> Result<(), CommandError> {
+    let count = layers.len();
+    match values {
+        [] => {}
+        [one] => layers.iter_mut().for_each(|layer| set(layer, one)),
+        many if many.len() == count => layers.iter_mut().zip(many).for_each(|(layer, value)| set(layer, value)),
+        many => {
+            let text = format!("{option} is given {} times for {count} volumes; give it once for all, or once for each", many.len());
+            return Err(CommandError::Usage(text));
+        }
+    }
+    Ok(())
+}
+
+/// The renderer that `--backend` asks for.
+fn renderer(backend: Backend) -> Result<Box<dyn Renderer>, CommandError> {
+    match backend {
+        Backend::Cpu => Ok(Box::new(CpuRenderer::default())),
+        Backend::Gpu => Ok(Box::new(GpuRenderer::new(true).map_err(RenderError::from)?)),
+        Backend::Auto => Ok(match GpuRenderer::new(false) {
+            Ok(gpu) => Box::new(gpu),
+            Err(_) => Box::new(CpuRenderer::default()),
+        }),
+    }
+}
