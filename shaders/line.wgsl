@@ -25,11 +25,18 @@ struct Line {
     direction: Double,
 }
 
+// v, by a detour that no compiler sees through, as `params.zero` is only known when the shader runs. Drivers may rearrange
+// sums as if they were exact (Mesa's do), and then nothing would be left of what rounding lost.
+fn opaque(v: vec3<f32>) -> vec3<f32> {
+    return bitcast<vec3<f32>>(bitcast<vec3<u32>>(v) | vec3<u32>(params.zero));
+}
+
 // a + b and what rounding lost of it (Knuth, TAOCP 2, 4.2.2, theorem B).
 fn two_sum(a: vec3<f32>, b: vec3<f32>) -> Double {
-    let sum = a + b;
-    let b_part = sum - a;
-    return Double(sum, (a - (sum - b_part)) + (b - b_part));
+    let sum = opaque(a + b);
+    let b_part = opaque(sum - a);
+    let a_part = opaque(sum - b_part);
+    return Double(sum, (a - a_part) + (b - b_part));
 }
 
 // The value at a pixel of the tile.

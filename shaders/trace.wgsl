@@ -17,6 +17,8 @@ struct TraceParams {
     s_max: f32,
     // 1 where only the nearest hit of all passes is drawn.
     only_nearest: u32,
+    // Always 0; see `opaque`.
+    zero: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: TraceParams;

@@ -32,7 +32,8 @@ pub(super) struct TraceParams {
     pub stride: u32,
     pub s_max: f32,
     pub only_nearest: u32,
-    pub padding: [u32; 2],
+    pub zero: u32,
+    pub padding: u32,
 }
 
 /// `ShadeParams` of `shaders/shade.wgsl`.
@@ -123,7 +124,7 @@ mod tests {
             &trace,
             "TraceParams",
             TraceParams,
-            [origin, direction, normal_to_world, dims, level, bricks, sign, tile, pass_number, stride, s_max, only_nearest]
+            [origin, direction, normal_to_world, dims, level, bricks, sign, tile, pass_number, stride, s_max, only_nearest, zero]
         );
         same_layout!(
             shade,
@@ -139,11 +140,10 @@ mod tests {
                 diffuse,
                 specular,
                 shininess,
-                base_mm,
+                stride,
                 corner,
                 tile,
                 passes,
-                stride,
                 overlay
             ]
         );

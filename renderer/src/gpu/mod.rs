@@ -105,7 +105,8 @@ impl GpuRenderer {
                     stride,
                     s_max: frame.s_max,
                     only_nearest: u32::from(frame.only_nearest),
-                    padding: [0; 2],
+                    zero: 0,
+                    padding: 0,
                 }
             })
             .collect();
