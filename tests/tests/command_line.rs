@@ -1,0 +1,349 @@
+//! The program as scripts see it: agreed outputs, and one clear line for whatever is wrong.
+
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// A folder of its own for each test.
+fn folder(name: &str) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("bregma-cli-{}-{name}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+fn bregma(folder: &Path, line: &str) -> Output {
+    // Tests lie in target/PROFILE/deps, the program two levels up.
+    let program = std::env::current_exe().unwrap().parent().unwrap().parent().unwrap().join("bregma");
+    assert!(program.exists(), "{} is not built: run tests/run, or cargo build --release", program.display());
+    let words = line.split(' ').filter(|w| !w.is_empty());
+    Command::new(program)
+        .args(words)
+        .current_dir(folder)
+        .env("XDG_RUNTIME_DIR", folder)
+        .env_remove("DISPLAY")
+        .env_remove("WAYLAND_DISPLAY")
+        .output()
+        .unwrap()
+}
+
+fn stdout(out: &Output) -> String {
+    String::from_utf8(out.stdout.clone()).unwrap()
+}
+
+fn stderr(out: &Output) -> String {
+    String::from_utf8(out.stderr.clone()).unwrap()
+}
+
+fn ok(folder: &Path, line: &str) -> Output {
+    let out = bregma(folder, line);
+    assert!(out.status.success(), "bregma {line}: {:?}\n{}", out.status, stderr(&out));
+    out
+}
+
+/// Fails with status 1 and exactly one line that begins `error: ` and holds all of `parts`.
+fn fails(folder: &Path, line: &str, parts: &[&str]) {
+    let out = bregma(folder, line);
+    let text = stderr(&out);
+    let errors: Vec<&str> = text.lines().filter(|l| !l.starts_with("warning: ")).collect();
+    assert_eq!(out.status.code(), Some(1), "bregma {line}: {text}");
+    assert!(errors.len() == 1 && errors[0].starts_with("error: ") && !text.contains("panicked"), "bregma {line}: {text}");
+    assert!(parts.iter().all(|p| errors[0].contains(p)), "bregma {line}: {text} lacks one of {parts:?}");
+}
+
+/// An attached NRRD of i16.
+fn nrrd(file: &Path, header: &str, samples: &[i16]) {
+    let mut bytes = format!("NRRD0004\n{header}\nendian: little\nencoding: raw\n\n").into_bytes();
+    bytes.extend(samples.iter().flat_map(|s| s.to_le_bytes()));
+    std::fs::write(file, bytes).unwrap();
+}
+
+const CUBE: &str = "type: short\ndimension: 3\nsizes: 16 16 16\nspace: left-posterior-superior\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)";
+
+/// A ball of 1000 HU in air: value 1000 − 150·(distance from the centre), from −1000.
+fn ball() -> Vec<i16> {
+    (0..4096)
+        .map(|n| {
+            let [x, y, z] = [n % 16, n / 16 % 16, n / 256].map(|c| f64::from(c) - 7.5);
+            (1000.0 - 250.0 * (x * x + y * y + z * z).sqrt()).max(-1000.0) as i16
+        })
+        .collect()
+}
+
+#[test]
+fn whatever_is_wrong_with_a_scan_is_one_clear_line() {
+    // Fails if any of these panics, passes, or leaves the person without what, where and what to do.
+    let d = folder("wrong");
+    let put = |name: &str, bytes: &[u8]| std::fs::write(d.join(name), bytes).unwrap();
+    nrrd(&d.join("good.nrrd"), CUBE, &ball());
+    let good = std::fs::read(d.join("good.nrrd")).unwrap();
+    put("empty.nrrd", b"");
+    put("truncated.nrrd", &good[..good.len() - 100]);
+    put("garbage.bin", &[0xA5; 300]);
+    put("noheader.raw", &[0; 64]);
+    put("broken.json", b"{ \"bregma_session\": 1, ");
+    put("other.json", b"{ \"pairs\": { \"x->y\": {} } }");
+    put("rays.csv", b"ox,oy,oz,dx,dy,dz\n1,2,3,0,0,1\n1,2,3,0,0\n");
+    put("norays.csv", b"a,b\n");
+    nrrd(&d.join("sizes.nrrd"), &CUBE.replace("16 16 16", "16 0 16"), &ball());
+    nrrd(&d.join("huge.nrrd"), &CUBE.replace("16 16 16", "40000 40000 4000"), &ball());
+    nrrd(&d.join("singular.nrrd"), &CUBE.replace("(0,1,0)", "(1,0,0)"), &ball());
+    nrrd(&d.join("zero.nrrd"), &CUBE.replace("(0,1,0)", "(0,0,0)"), &ball());
+    nrrd(&d.join("nospacing.nrrd"), "type: short\ndimension: 3\nsizes: 16 16 16\nspacings: 1 0 1", &ball());
+    let floats = |v: f32| {
+        [
+            b"NRRD0004\ntype: float\ndimension: 3\nsizes: 2 2 2\nspacings: 1 1 1\nendian: little\nencoding: raw\n\n".to_vec(),
+            v.to_le_bytes().repeat(8),
+        ]
+        .concat()
+    };
+    put("nan.nrrd", &floats(f32::NAN));
+    put("before.png", b"what was here before");
+    let render = |file: &str| format!("render {file} --out before.png --backend cpu");
+    for (file, parts) in [
+        ("missing.nrrd", &["missing.nrrd", "no such file"][..]),
+        ("empty.nrrd", &["empty.nrrd", "empty"]),
+        ("truncated.nrrd", &["truncated.nrrd", "8192", "8092"]),
+        ("garbage.bin", &["garbage.bin", "none of the formats"]),
+        ("noheader.raw", &["noheader.raw", "--raw"]),
+        ("sizes.nrrd", &["sizes.nrrd", "sizes"]),
+        ("huge.nrrd", &["huge.nrrd"]),
+        ("singular.nrrd", &["singular.nrrd", "direction"]),
+        ("zero.nrrd", &["zero.nrrd"]),
+        ("nospacing.nrrd", &["nospacing.nrrd", "spacing"]),
+        ("nan.nrrd", &["nan.nrrd", "finite"]),
+        ("broken.json", &["broken.json", "session"]),
+        (".", &["folder"]),
+        ("good.nrrd --raw 16x16x17,i16", &["good.nrrd", "too early"]),
+        ("good.nrrd --raw 1x1x1,u8", &["good.nrrd", "--raw"]),
+        ("good.nrrd --transform missing.tfm", &["missing.tfm"]),
+        ("good.nrrd --transform other.json", &["other.json", "x->y"]),
+    ] {
+        fails(&d, &render(file), parts);
+    }
+    fails(&d, "info missing.nrrd", &["missing.nrrd"]);
+    fails(&d, "info missing.nrrd --json", &["missing.nrrd"]);
+    fails(&d, "probe good.nrrd --rays rays.csv", &["rays.csv", "line 3"]);
+    fails(&d, "probe good.nrrd --rays norays.csv", &["norays.csv", "ox,oy,oz,dx,dy,dz"]);
+    fails(&d, "render good.nrrd --backend cpu --out no/such/folder/p.png", &["no/such/folder/p.png", "cannot be written"]);
+    fails(&d, "render good.nrrd --backend cpu --out .", &["cannot be written"]);
+    fails(&d, "demo --size 8 --out good.nrrd/demo", &["good.nrrd"]);
+    fails(&d, "good.nrrd", &["no display", "bregma render"]);
+    assert_eq!(std::fs::read(d.join("before.png")).unwrap(), b"what was here before");
+    let left: Vec<_> =
+        std::fs::read_dir(&d).unwrap().filter(|e| e.as_ref().unwrap().file_name().to_string_lossy().contains(".part")).collect();
+    assert!(left.is_empty(), "part files are left: {left:?}");
+}
+
+#[test]
+fn wrong_usage_is_status_2() {
+    let d = folder("usage");
+    nrrd(&d.join("good.nrrd"), CUBE, &ball());
+    for line in [
+        "render good.nrrd",
+        "render --out p.png",
+        "render good.nrrd --out p.png --size 0x5",
+        "render good.nrrd --out p.png --iso high",
+        "render good.nrrd --out p.png --iso 1,2",
+        "render --transform t.json good.nrrd --out p.png",
+        "render good.nrrd --out p.png --fov 180",
+        "render good.nrrd --out p.png --spacing 1,0,1",
+        "render good.nrrd --out p.png --raw 2x2,u8",
+        "render good.nrrd --out p.png --mode sideways",
+        "probe good.nrrd --origin 0,0,0",
+        "probe good.nrrd --origin 0,0,0 --direction 0,0,0",
+        "probe good.nrrd --origin 1,2,3 --toward 1,2,3",
+        "--nonsense",
+    ] {
+        let out = bregma(&d, line);
+        assert_eq!(out.status.code(), Some(2), "bregma {line}: {}", stderr(&out));
+        assert!(stderr(&out).starts_with("error: ") && !d.join("p.png").exists(), "bregma {line}: {}", stderr(&out));
+    }
+    for line in ["--help", "render --help", "probe --help", "info --help", "bench --help", "demo --help", "--version"] {
+        assert!(!stdout(&ok(&d, line)).is_empty());
+    }
+}
+
+#[test]
+fn nothing_to_draw_is_an_empty_picture_and_a_warning() {
+    // Fails if an isovalue outside the range or a scan without volume is an error, or passes in silence.
+    let d = folder("nothing");
+    nrrd(&d.join("good.nrrd"), CUBE, &ball());
+    nrrd(&d.join("point.nrrd"), &CUBE.replace("16 16 16", "1 1 1"), &[5]);
+    nrrd(&d.join("slice.nrrd"), &CUBE.replace("16 16 16", "16 16 1"), &ball()[..256]);
+    nrrd(&d.join("flat.nrrd"), CUBE, &[7; 4096]);
+    for (line, part) in [
+        ("good.nrrd --iso 5000", "outside its range"),
+        ("point.nrrd --iso 5", "no volume"),
+        ("slice.nrrd --iso 5", "no volume"),
+        ("flat.nrrd --iso 8", "outside its range"),
+    ] {
+        for backend in ["cpu", "gpu"] {
+            let out = ok(&d, &format!("render {line} --backend {backend} --out p.png --volume-id id.npy --size 32x24"));
+            assert!(stderr(&out).lines().any(|l| l.starts_with("warning: ") && l.contains(part)), "{line}: {}", stderr(&out));
+            let id = std::fs::read(d.join("id.npy")).unwrap();
+            assert!(id[id.len() - 32 * 24..].iter().all(|&v| v == 0), "{line} on {backend}");
+        }
+    }
+    // All samples at the isovalue are bone: ties are inside, and the box closes it.
+    ok(&d, "render flat.nrrd --iso 7 --backend cpu --out p.png --volume-id id.npy --size 32x24");
+    let id = std::fs::read(d.join("id.npy")).unwrap();
+    assert!(id[id.len() - 32 * 24..].contains(&1));
+    let text = stdout(&ok(&d, "probe point.nrrd --iso 5 --origin 0,0,-5 --direction 0,0,1"));
+    assert!(text.contains("misses"), "{text}");
+}
+
+#[test]
+fn info_says_what_a_scan_is() {
+    let d = folder("info");
+    nrrd(&d.join("ball.nrrd"), CUBE, &ball());
+    let record: Value = serde_json::from_str(&stdout(&ok(&d, "info ball.nrrd --json"))).unwrap();
+    for key in [
+        "format",
+        "dims",
+        "spacing_mm",
+        "origin_mm",
+        "direction",
+        "to_world",
+        "type",
+        "slope",
+        "intercept",
+        "unit",
+        "range",
+        "otsu",
+        "bytes",
+        "warnings",
+    ] {
+        assert!(record.get(key).is_some(), "{key} is missing: {record}");
+    }
+    assert_eq!(record["unit"], "HU");
+    assert_eq!(record["type"], "i16");
+    assert_eq!(record["bytes"], 8192);
+    let lines = stdout(&ok(&d, "info ball.nrrd ball.nrrd --json"));
+    assert_eq!(lines.lines().count(), 2);
+}
+
+#[test]
+fn a_depth_image_measures_the_ball() {
+    // Fails if depth is not along the unit pixel ray, in mm, or if the camera differs from its agreed formula.
+    let d = folder("depth");
+    nrrd(&d.join("ball.nrrd"), CUBE, &ball());
+    for backend in ["cpu", "gpu"] {
+        ok(
+            &d,
+            &format!(
+                "render ball.nrrd --iso 0 --backend {backend} --eye 7.5,-92.5,7.5 --target 7.5,7.5,7.5 --fov 10 --size 65x65 --depth depth.npy --out p.png"
+            ),
+        );
+        let npy = std::fs::read(d.join("depth.npy")).unwrap();
+        assert!(npy.starts_with(b"\x93NUMPY\x01\x00"));
+        let header_end = 10 + usize::from(u16::from_le_bytes([npy[8], npy[9]]));
+        assert!(header_end.is_multiple_of(64) && String::from_utf8_lossy(&npy[10..header_end]).contains("'shape': (65, 65)"));
+        let depth: Vec<f32> = npy[header_end..].chunks(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect();
+        assert_eq!(depth.len(), 65 * 65);
+        // The ball of 0 has radius 4. The ray runs half a voxel beside four rows of samples, where the distance to the centre
+        // is 0.5/(2·4) longer.
+        assert!((depth[32 * 65 + 32] - 96.0625).abs() < 0.005, "{}", depth[32 * 65 + 32]);
+        assert!(depth[0].is_nan());
+    }
+    // The pixel's ray is what the guide says: probe along it, and find the same depth.
+    let tan = (5.0_f64).to_radians().tan();
+    let (u, v) = ((2.0 * 40.5 / 65.0 - 1.0) * tan, (1.0 - 2.0 * 28.5 / 65.0) * tan);
+    let line = format!("probe ball.nrrd --iso 0 --origin 7.5,-92.5,7.5 --direction {u},1,{v} --format json");
+    let record: Value = serde_json::from_str(&stdout(&ok(&d, &line))).unwrap();
+    let npy = std::fs::read(d.join("depth.npy")).unwrap();
+    let at = npy.len() - 65 * 65 * 4 + (28 * 65 + 40) * 4;
+    let depth = f32::from_le_bytes(npy[at..at + 4].try_into().unwrap());
+    let probed = record["volumes"][0]["crossings"][0]["t_mm"].as_f64().unwrap();
+    assert!((f64::from(depth) - probed).abs() < 1e-4, "{depth} {probed}");
+}
+
+#[test]
+fn probes_come_in_every_form() {
+    let d = folder("probe");
+    nrrd(&d.join("ball.nrrd"), CUBE, &ball());
+    let cast = "probe ball.nrrd --iso 0 --origin 7.5,7.5,-20 --direction 0,0,1 --format";
+    let json: Value = serde_json::from_str(&stdout(&ok(&d, &format!("{cast} json")))).unwrap();
+    let segment = &json["volumes"][0]["segments"][0];
+    assert!((segment["length_mm"].as_f64().unwrap() - 8.0).abs() < 0.15, "{json}");
+    for key in ["from_mm", "to_mm", "length_mm", "error_mm", "clipped", "below_resolution"] {
+        assert!(segment.get(key).is_some(), "{key}");
+    }
+    for key in ["t_mm", "kind", "cell", "point_mm", "normal", "error_mm"] {
+        assert!(json["volumes"][0]["crossings"][0].get(key).is_some(), "{key}");
+    }
+    assert_eq!(json["ledger"][1]["inside"][0], "ball.nrrd");
+    let csv = stdout(&ok(&d, &format!("{cast} csv")));
+    assert_eq!(csv.lines().count(), 2);
+    assert_eq!(csv.lines().next().unwrap().split(',').count(), csv.lines().nth(1).unwrap().split(',').count());
+    assert!(stdout(&ok(&d, &format!("{cast} table"))).contains("length mm"));
+    let markups: Value = serde_json::from_str(&stdout(&ok(&d, &format!("{cast} markups")))).unwrap();
+    let line = &markups["markups"][0];
+    assert_eq!((line["type"].as_str(), line["coordinateSystem"].as_str()), (Some("Line"), Some("LPS")));
+    for point in line["controlPoints"].as_array().unwrap() {
+        assert!(point["position"].is_array() && point["positionStatus"] == "defined" && point["description"].is_string());
+    }
+    std::fs::write(d.join("rays.csv"), "ox,oy,oz,dx,dy,dz\n7.5,7.5,-20,0,0,1\n7.5,-20,7.5,0,2,0\n").unwrap();
+    let lines = stdout(&ok(&d, "probe ball.nrrd --iso 0 --rays rays.csv --format json"));
+    assert_eq!(
+        lines
+            .lines()
+            .map(|l| serde_json::from_str::<Value>(l).unwrap()["volumes"][0]["segments"].as_array().unwrap().len())
+            .collect::<Vec<_>>(),
+        [1, 1]
+    );
+    assert_eq!(stdout(&ok(&d, "probe ball.nrrd --iso 0 --rays rays.csv --format csv")).lines().count(), 3);
+}
+
+#[test]
+fn a_transform_moves_the_volume_before_it() {
+    let d = folder("transform");
+    nrrd(&d.join("ball.nrrd"), CUBE, &ball());
+    std::fs::write(d.join("up.json"), r#"{"R": [[1,0,0],[0,1,0],[0,0,1]], "t": [0,0,100]}"#).unwrap();
+    let line = "probe ball.nrrd --transform up.json ball.nrrd --iso 0 --origin 7.5,7.5,-20 --direction 0,0,1 --format json";
+    let json: Value = serde_json::from_str(&stdout(&ok(&d, line))).unwrap();
+    let from = |n: usize| json["volumes"][n]["segments"][0]["from_mm"].as_f64().unwrap();
+    assert!((from(0) - from(1) - 100.0).abs() < 1e-9, "{json}");
+    assert_ne!(json["volumes"][0]["name"], json["volumes"][1]["name"]);
+}
+
+#[test]
+fn bench_reports_what_is_agreed() {
+    let d = folder("bench");
+    nrrd(&d.join("ball.nrrd"), CUBE, &ball());
+    let json: Value =
+        serde_json::from_str(&stdout(&ok(&d, "bench ball.nrrd --iso 0 --size 64 --frames 2 --backend cpu --threads 1 --json"))).unwrap();
+    for key in [
+        "backend",
+        "adapter",
+        "threads",
+        "mode",
+        "solver",
+        "size",
+        "frames",
+        "volumes",
+        "first_frame_ms",
+        "median_ms",
+        "p95_ms",
+        "isovalue_change_ms",
+        "rays_per_s",
+        "memory_bytes",
+    ] {
+        assert!(json.get(key).is_some(), "{key}");
+    }
+    assert_eq!((json["threads"].as_u64(), json["backend"].as_str()), (Some(1), Some("cpu")));
+}
+
+#[test]
+fn without_a_display_the_demo_is_written_and_its_session_opens() {
+    // Fails if the first command of the README does nothing on a machine without a display.
+    let d = folder("demo");
+    let out = ok(&d, "");
+    assert!(stderr(&out).contains("no display") && stderr(&out).contains("bregma-demo"), "{}", stderr(&out));
+    for file in ["a.nrrd", "b.nrrd", "session.json", "iso.png", "overlay.png", "probe.csv"] {
+        assert!(d.join("bregma-demo").join(file).metadata().unwrap().len() > 0, "{file}");
+    }
+    ok(&d, "render bregma-demo/session.json --backend cpu --size 200x200 --out from-session.png --volume-id id.npy");
+    let id = std::fs::read(d.join("id.npy")).unwrap();
+    let ids = &id[id.len() - 40_000..];
+    assert!(ids.contains(&1) && ids.contains(&2), "the session shows both skulls");
+}

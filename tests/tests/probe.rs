@@ -1,0 +1,178 @@
+//! The difference ray against answers found another way.
+
+use bregma_measure::probe;
+use bregma_renderer::{Layer, Ray};
+use bregma_synthetic::analytic::Shell;
+use bregma_tests::Random;
+use bregma_volume::{Grid, IndexPoint, Progress, Volume, WorldPoint};
+use glam::{DAffine3, DMat3, DVec3};
+use std::sync::Arc;
+
+/// The trilinear interpolant, from its definition.
+fn interpolant(v: &Volume, p: WorldPoint) -> f64 {
+    let IndexPoint(i) = v.grid().index(p);
+    let dims = v.grid().dims();
+    let cell: [usize; 3] = std::array::from_fn(|a| (i[a].max(0.0) as usize).min(dims[a] - 2));
+    (0..8)
+        .map(|c| {
+            let at: [usize; 3] = std::array::from_fn(|a| cell[a] + (c >> a & 1));
+            let weight: f64 = (0..3).map(|a| if c >> a & 1 == 1 { i[a] - cell[a] as f64 } else { 1.0 - (i[a] - cell[a] as f64) }).product();
+            weight * v.samples().get_f64((at[2] * dims[1] + at[1]) * dims[0] + at[0])
+        })
+        .sum()
+}
+
+/// Where the interpolant changes sides of 0 along the ray, by dense sampling and bisection; `None` when some extremum comes so
+/// near 0 that sampling cannot tell.
+fn sampled_crossings(v: &Volume, ray: &Ray, span: [f64; 2], step_mm: f64) -> Option<Vec<f64>> {
+    let f = |t: f64| interpolant(v, ray.at(t));
+    let n = ((span[1] - span[0]) / step_mm) as usize + 2;
+    let at = |i: usize| span[0] + (span[1] - span[0]) * i as f64 / n as f64;
+    let mut crossings = Vec::new();
+    for i in 0..n {
+        let (mut low, mut high) = (at(i), at(i + 1));
+        let (a, b) = (f(low), f(high));
+        // A pair of roots hides within a step only where both its ends are near 0 and the slope is small.
+        if (a >= 0.0) == (b >= 0.0) {
+            if a.abs() + b.abs() < 0.2 * step_mm {
+                return None;
+            }
+            continue;
+        }
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if (f(middle) >= 0.0) == (a >= 0.0) { low = middle } else { high = middle }
+        }
+        crossings.push(0.5 * (low + high));
+    }
+    Some(crossings)
+}
+
+fn grids() -> [(&'static str, Grid); 3] {
+    let shear = DMat3::from_cols(DVec3::X, DVec3::new(0.1, 0.98, 0.0), DVec3::new(0.0, -0.317, 0.948));
+    let turn = DMat3::from_axis_angle(DVec3::new(1.0, 2.0, 2.0) / 3.0, 0.7);
+    let new = |dims, spacing: [f64; 3], direction: DMat3| {
+        let spacing = DVec3::from(spacing);
+        let half = direction * (spacing * DVec3::from(<[usize; 3]>::map(dims, |n| (n - 1) as f64 / 2.0)));
+        Grid::new(dims, spacing, -half, direction).unwrap()
+    };
+    [
+        ("isotropic", new([81, 81, 81], [0.75; 3], DMat3::IDENTITY)),
+        ("anisotropic and turned", new([121, 101, 41], [0.5, 0.6, 1.5], turn)),
+        ("sheared", new([101, 101, 31], [0.6, 0.6, 2.0], shear)),
+    ]
+}
+
+#[test]
+fn thickness_through_the_shell_is_the_interpolants_and_within_the_stated_error_of_the_spheres() {
+    // Fails if a root is off, missed or doubled, if millimetres and cells are mixed, or if the stated error is too small.
+    let shell = Shell { centre: DVec3::new(0.3, -0.2, 0.1), inner_mm: 17.0, outer_mm: 23.0 };
+    for (name, grid) in grids() {
+        let volume = Arc::new(shell.volume(&grid));
+        let layers = [Layer { iso: 0.0, ..Layer::new(&volume, 0, 1) }];
+        let mut random = Random(5);
+        let (mut compared, mut worst_interpolant, mut worst_sphere, mut undecided) = (0, 0.0_f64, 0.0_f64, 0);
+        for _ in 0..1000 {
+            let mut direction = || DVec3::new(random.next() - 0.5, random.next() - 0.5, random.next() - 0.5).normalize();
+            let (from, through) = (direction() * 60.0, direction() * 20.0 * 0.9);
+            let ray = Ray::new(WorldPoint(from), through - from).unwrap();
+            let found = probe(std::slice::from_ref(&volume), &layers, &ray).unwrap();
+            let found = &found.volumes[0];
+            let Some(span) = found.box_mm else { continue };
+            let Some(crossings) = sampled_crossings(&volume, &ray, span, 0.005) else {
+                undecided += 1;
+                continue;
+            };
+            assert_eq!(found.segments.len() * 2, crossings.len(), "{name}: {ray:?}");
+            for (segment, ends) in found.segments.iter().zip(crossings.chunks(2)) {
+                worst_interpolant = worst_interpolant.max((segment.length_mm - (ends[1] - ends[0])).abs());
+                compared += 1;
+            }
+            // The sphere may be touched where the interpolant is missed, or the other way round: only equal counts compare.
+            let truth = shell.segments_mm(from, ray.direction);
+            if truth.len() == found.segments.len() {
+                for (segment, [a, b]) in found.segments.iter().zip(truth) {
+                    let off = (segment.length_mm - (b - a)).abs();
+                    assert!(off <= segment.error_mm, "{name}: {off} mm off, ± {} mm stated: {ray:?}", segment.error_mm);
+                    worst_sphere = worst_sphere.max(off);
+                }
+            }
+        }
+        println!(
+            "{name}: {compared} walls, {undecided} rays undecided; off the interpolant's by at most {worst_interpolant:.1e} mm, off the sphere's by {worst_sphere:.3} mm"
+        );
+        assert!(compared > 1000 && undecided < 100 && worst_interpolant <= 1e-9);
+    }
+}
+
+#[test]
+fn the_ledger_covers_the_boxes_without_gap_or_overlap() {
+    // Fails if a stretch is lost or counted twice, or a segment and the ledger disagree.
+    let pair = bregma::input::Opened::demo(48, &Progress::default()).unwrap();
+    let mut layers = pair.scene.layers.clone();
+    layers[1].transform = DAffine3::from_translation(DVec3::new(4.0, 30.0, -9.0));
+    let mut random = Random(9);
+    let mut entries = 0;
+    for _ in 0..2000 {
+        let mut point = || DVec3::new(random.next() - 0.5, random.next() - 0.5, random.next() - 0.5) * 400.0;
+        let (from, to) = (point(), point() * 0.3);
+        let d = probe(&pair.volumes, &layers, &Ray::new(WorldPoint(from), to - from).unwrap()).unwrap();
+        let boxes: Vec<[f64; 2]> = d.volumes.iter().filter_map(|v| v.box_mm).collect();
+        let Some((first, last)) = d.ledger.first().zip(d.ledger.last()) else {
+            assert!(boxes.is_empty());
+            continue;
+        };
+        assert_eq!(first.from_mm, boxes.iter().map(|b| b[0]).fold(f64::INFINITY, f64::min));
+        assert_eq!(last.to_mm, boxes.iter().map(|b| b[1]).fold(0.0, f64::max));
+        assert!(d.ledger.windows(2).all(|w| w[0].to_mm == w[1].from_mm) && d.ledger.iter().all(|e| e.length_mm > 0.0));
+        for v in &d.volumes {
+            let bone: f64 = v.segments.iter().map(|s| s.length_mm).sum();
+            let listed: f64 = d.ledger.iter().filter(|e| e.inside.contains(&v.name)).map(|e| e.length_mm).sum();
+            assert!((bone - listed).abs() < 1e-9, "{}: {bone} mm of bone, {listed} mm in the ledger", v.name);
+            let kinds: Vec<_> = v.crossings.iter().map(|c| c.kind).filter(|k| *k != bregma_renderer::reference::Kind::Touch).collect();
+            assert!(kinds.chunks(2).all(|k| k == [bregma_renderer::reference::Kind::Enter, bregma_renderer::reference::Kind::Exit]));
+            for c in v.crossings.iter().filter(|c| !c.clipped) {
+                // Told apart by sides, checked against the gradient: an outward normal faces an entering ray.
+                let facing = DVec3::from(c.normal).dot(DVec3::from(d.ray.direction));
+                match c.kind {
+                    bregma_renderer::reference::Kind::Enter => assert!(facing <= 1e-6, "{c:?}"),
+                    bregma_renderer::reference::Kind::Exit => assert!(facing >= -1e-6, "{c:?}"),
+                    bregma_renderer::reference::Kind::Touch => {}
+                }
+            }
+        }
+        entries += d.ledger.len();
+    }
+    println!("{entries} ledger entries");
+    assert!(entries > 5000);
+}
+
+#[test]
+fn a_ray_through_a_corner_equal_to_the_isovalue_only_touches() {
+    // Fails if a point of contact becomes a wall of no thickness.
+    let grid = Grid::new([3, 3, 3], DVec3::ONE, DVec3::ZERO, DMat3::IDENTITY).unwrap();
+    let mut samples = vec![0_u8; 27];
+    samples[13] = 5;
+    let volume = bregma_tests::volume("corner", grid, bregma_volume::Samples::U8(samples));
+    let layers = [Layer { iso: 5.0, ..Layer::new(&volume, 0, 1) }];
+    let ray = Ray::new(WorldPoint(DVec3::new(-1.0, 1.0, 1.0)), DVec3::X).unwrap();
+    let found = probe(&[volume], &layers, &ray).unwrap();
+    let v = &found.volumes[0];
+    assert!(v.segments.is_empty(), "{v:?}");
+    assert_eq!(v.crossings.iter().map(|c| (c.t_mm, c.kind)).collect::<Vec<_>>(), [(2.0, bregma_renderer::reference::Kind::Touch)]);
+    assert_eq!(found.ledger.len(), 1);
+}
+
+#[test]
+fn bone_cut_by_the_scans_edge_is_said_to_be() {
+    // Fails if a wall that the scan cuts off passes for a whole one.
+    let grid = Grid::new([4, 4, 4], DVec3::splat(2.0), DVec3::ZERO, DMat3::IDENTITY).unwrap();
+    let volume =
+        bregma_tests::volume("half", grid, bregma_volume::Samples::I16((0..64).map(|n| if n % 4 < 2 { 100 } else { -100 }).collect()));
+    let layers = [Layer { iso: 0.0, ..Layer::new(&volume, 0, 1) }];
+    let ray = Ray::new(WorldPoint(DVec3::new(-5.0, 3.0, 3.0)), DVec3::X).unwrap();
+    let segments = &probe(&[volume], &layers, &ray).unwrap().volumes[0].segments;
+    assert_eq!(segments.len(), 1);
+    let s = segments[0];
+    assert!(s.clipped && (s.from_mm - 5.0).abs() < 1e-12 && (s.length_mm - 3.0).abs() < 1e-12, "{s:?}");
+}
