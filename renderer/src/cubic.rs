@@ -81,9 +81,9 @@ fn refine(b: &[f32; 4], mut low: f32, mut high: f32) -> f32 {
     for _ in 0..MAX_STEPS {
         let (f, d) = (value(b, u), slope(b, u));
         if inside(f) == from_inside {
-            low = u
+            low = u;
         } else {
-            high = u
+            high = u;
         }
         // f/d would leave the bracket exactly when |f| is at least |d| times the room that is left.
         let room = if (f < 0.0) == (d < 0.0) { u - low } else { high - u };

@@ -323,9 +323,9 @@ fn refine(b: [f64; 4]) -> (f64, f64) {
     for _ in 0..80 {
         let f = value(u);
         if (f >= 0.0) == from_inside {
-            low = u
+            low = u;
         } else {
-            high = u
+            high = u;
         }
         if high - low <= f64::EPSILON {
             break;
