@@ -1,6 +1,7 @@
 //! Files that are either whole or not there: everything is written beside its place and then moved into it.
 
 use bregma_renderer::Picture;
+use bregma_volume::replace_file;
 use std::io;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -15,18 +16,8 @@ pub struct OutputError {
 
 /// Writes `bytes` to `file`.
 pub fn write_whole(file: &Path, bytes: &[u8]) -> Result<(), OutputError> {
-    let fail = |reason| OutputError { file: file.to_owned(), reason };
-    let name = file.file_name().ok_or_else(|| fail(io::Error::other("it names no file")))?;
-    let mut beside = std::ffi::OsString::from(".");
-    beside.push(name);
-    beside.push(format!(".{}.part", std::process::id()));
-    let beside = file.with_file_name(beside);
-    let written = std::fs::write(&beside, bytes).and_then(|()| std::fs::rename(&beside, file));
-    written.map_err(|reason| {
-        // Nothing more can be done about a part file that cannot be removed either.
-        drop(std::fs::remove_file(&beside));
-        fail(reason)
-    })
+    let written = replace_file(file, |beside| std::fs::write(beside, bytes));
+    written.map_err(|reason| OutputError { file: file.to_owned(), reason })
 }
 
 /// Writes a picture as PNG, sRGB with alpha.

@@ -19,7 +19,8 @@ pub enum Kind {
     Enter,
     /// From the bone to the outside.
     Exit,
-    /// A root without a change of sides.
+    /// Contact from outside in a single point: a root without a change of sides. (Contact from inside changes nothing, as ties
+    /// are inside.)
     Touch,
 }
 
@@ -288,7 +289,11 @@ fn isolate(b: [f64; 4], low: f64, high: f64, visit: &mut dyn FnMut(f64, f64, boo
             let (u, width) = refine(b);
             visit(low + u * (high - low), width * (high - low), true);
         }
-        _ if high - low <= MAX_HALVINGS => visit((low + high) / 2.0, (high - low) / 2.0, crosses),
+        _ if high - low <= MAX_HALVINGS => {
+            if crosses || b[0] < 0.0 {
+                visit((low + high) / 2.0, (high - low) / 2.0, crosses);
+            }
+        }
         _ => {
             let (left, right) = halve(b);
             let middle = (low + high) / 2.0;
@@ -342,4 +347,56 @@ fn refine(b: [f64; 4]) -> (f64, f64) {
 /// The world position of a crossing.
 pub fn world(surface: &Surface, crossing: &Crossing) -> WorldPoint {
     surface.grid.world(crossing.point)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Bernstein coefficients of a(u − r)(u − s)(u − t).
+    fn cubic(a: f64, [r, s, t]: [f64; 3]) -> [f64; 4] {
+        let (c0, c1, c2) = (-r * s * t, r * s + r * t + s * t, -(r + s + t));
+        [c0, c0 + c1 / 3.0, c0 + (2.0 * c1 + c2) / 3.0, c0 + c1 + c2 + 1.0].map(|b| a * b)
+    }
+
+    fn roots(b: [f64; 4]) -> Vec<(f64, bool)> {
+        let mut found = Vec::new();
+        isolate(b, 0.0, 1.0, &mut |u, width, crosses| {
+            assert!(width <= 1e-14, "a bracket of {width} certifies nothing");
+            found.push((u, crosses));
+        });
+        found
+    }
+
+    #[test]
+    fn every_root_is_isolated_in_order() {
+        // Fails if a root is missed, doubled or out of order; roots down to 1e-7 apart are told apart.
+        for (a, r) in [(1.0, [0.2, 0.5, 0.7]), (-3.0, [0.1, 0.1 + 1e-7, 0.9]), (1e-6, [0.3, 0.300_01, 0.300_02]), (1e9, [-2.0, 0.4, 3.0])] {
+            let found = roots(cubic(a, r));
+            let inside: Vec<f64> = r.into_iter().filter(|u| (0.0..1.0).contains(u)).collect();
+            assert_eq!(found.len(), inside.len(), "{r:?}: {found:?}");
+            let b = cubic(a, r);
+            for ((u, crosses), truth) in found.iter().zip(inside) {
+                // What rounding the coefficients, about ten roundings each, does to a root of this slope.
+                let slope = a * r.iter().filter(|&&other| other != truth).map(|other| truth - other).product::<f64>();
+                let moved = 10.0 * f64::EPSILON * b.iter().fold(0.0_f64, |m, c| m.max(c.abs())) / slope.abs();
+                assert!(*crosses && (u - truth).abs() <= moved + 1e-15, "{r:?}: {u} is no {truth} within {moved}");
+            }
+        }
+    }
+
+    #[test]
+    fn contact_from_outside_is_a_touch_and_from_inside_nothing() {
+        // 12(u − ½)² has exact coefficients. Fails if a double root becomes two crossings, or a near miss a contact.
+        let bowl = [3.0, -1.0, -1.0, 3.0];
+        assert_eq!(roots(bowl), []);
+        assert_eq!(roots(bowl.map(|b| b + 1e-9)), []);
+        assert_eq!(roots(bowl.map(|b| b - 1e-9)).iter().map(|r| r.1).collect::<Vec<_>>(), [true, true]);
+        // From below the contact lies at a point that halving reaches: in and out at once, which `crossings` makes a touch.
+        let hill = roots(bowl.map(|b| -b));
+        assert!(hill.iter().all(|&(u, _)| (u - 0.5).abs() <= f64::EPSILON) && hill.len() == 2, "{hill:?}");
+        // At u = ⅓ no halving ends, and the bracket itself is the contact.
+        let third = roots([-1.0, 1.0, 0.0, -4.0]);
+        assert!(third.len() == 1 && !third[0].1 && (third[0].0 - 1.0 / 3.0).abs() < 1e-7, "{third:?}");
+    }
 }

@@ -8,6 +8,7 @@ mod histogram;
 mod progress;
 mod ranges;
 mod registration;
+mod replace;
 mod samples;
 mod volume;
 
@@ -16,5 +17,6 @@ pub use histogram::{Histogram, Otsu};
 pub use progress::{Cancelled, Progress};
 pub use ranges::{BRICK, RangeBricks};
 pub use registration::{TransformError, read_transform};
+pub use replace::replace_file;
 pub use samples::{Sample, Samples};
 pub use volume::{Raster, Unit, Volume, VolumeError};

@@ -1,9 +1,8 @@
 //! Writing: one attached little-endian file, whole or not at all.
 
-use crate::{Cancelled, Progress, Samples, Unit, Volume};
+use crate::{Cancelled, Progress, Samples, Unit, Volume, replace_file};
 use flate2::write::GzEncoder;
-use std::ffi::OsString;
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -37,19 +36,11 @@ pub enum WriteError {
 /// Writes `volume` to `path` as NRRD, in LPS and mm. It is written beside and then renamed, so that a file that was there is
 /// replaced whole or not at all. `progress` counts bytes of samples.
 pub fn write(path: &Path, volume: &Volume, compression: Compression, progress: &Progress) -> Result<(), WriteError> {
-    let mut name = OsString::from(".");
-    name.push(path.file_name().unwrap_or_default());
-    name.push(format!(".{}.part", std::process::id()));
-    let beside = path.with_file_name(name);
     progress.begin(volume.samples().bytes() as u64);
-    let written = write_to(&beside, volume, compression, progress).and_then(|()| fs::rename(&beside, path));
-    written.map_err(|error| {
-        // It may not exist; there is nothing more to do about it if it does.
-        let _ = fs::remove_file(&beside);
-        match error.get_ref().is_some_and(|e| e.is::<Cancelled>()) {
-            true => WriteError::Cancelled(Cancelled),
-            false => WriteError::Io { file: path.to_owned(), error },
-        }
+    let written = replace_file(path, |beside| write_to(beside, volume, compression, progress));
+    written.map_err(|error| match error.get_ref().is_some_and(|e| e.is::<Cancelled>()) {
+        true => WriteError::Cancelled(Cancelled),
+        false => WriteError::Io { file: path.to_owned(), error },
     })
 }
 
