@@ -3,6 +3,7 @@
 //! Run with egui_kittest rather than in a window of the desktop: it is the same application code, widgets are found by the
 //! names that a screen reader speaks, input arrives in a fixed order, and pixels come from the real wgpu renderer on whatever
 //! driver there is, software included. That the program starts under a display is tested where the commands are.
+#![allow(clippy::unwrap_used, reason = "what a test cannot find, it fails on")]
 
 use bregma::window::{Start, Workstation};
 use bregma_renderer::Mode;
@@ -176,5 +177,105 @@ fn a_file_that_cannot_be_read_is_one_line_and_the_window_stays() {
     window.run_steps(2);
     assert!(window.query_by_label_contains(&name).is_none());
     window.get_by_label_contains("Drop scans here");
+    std::fs::remove_file(&file).unwrap();
+}
+
+/// A ball of 60 in 0, `n` samples across, as an NRRD file.
+fn ball(name: &str, n: usize) -> std::path::PathBuf {
+    let file = std::env::temp_dir().join(format!("bregma-window-{}-{name}.nrrd", std::process::id()));
+    let mut bytes = format!("NRRD0004\ntype: uchar\ndimension: 3\nsizes: {n} {n} {n}\nspacings: 1 1 1\nencoding: raw\n\n").into_bytes();
+    let middle = (n as f64 - 1.0) / 2.0;
+    let square = |k: usize| (k as f64 - middle).powi(2);
+    let radius = (middle * 0.8).powi(2);
+    bytes.extend((0..n * n * n).map(|i| if square(i % n) + square(i / n % n) + square(i / n / n) < radius { 60 } else { 0 }));
+    std::fs::write(&file, bytes).unwrap();
+    file
+}
+
+#[derive(Debug)]
+struct Dropped(std::path::PathBuf);
+
+impl egui::DroppedFile for Dropped {
+    fn path(&self) -> &std::path::Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        Err("scans are read from their path".into())
+    }
+}
+
+fn drop_file(window: &mut Window, file: &std::path::Path) {
+    window.input_mut().dropped_files.push(std::sync::Arc::new(Dropped(file.to_owned())));
+    window.step();
+    wait(window, "the dropped file", |w| !w.is_loading());
+    settle(window);
+}
+
+#[test]
+fn dropped_scans_join_and_can_be_removed_and_brought_back() {
+    let files = [ball("first", 24), ball("second", 32)];
+    let mut window = open(Start::Files(vec![]));
+    for (n, file) in files.iter().enumerate() {
+        drop_file(&mut window, file);
+        assert_eq!(window.state().scene().layers.len(), n + 1);
+    }
+    let name = files[0].file_name().unwrap().to_string_lossy().into_owned();
+    let both = pixels(&window);
+    window.get_by_label(&format!("Remove {name}")).click();
+    settle(&mut window);
+    assert_eq!(window.state().scene().layers.len(), 1);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    settle(&mut window);
+    assert_eq!(window.state().scene().layers.len(), 2);
+    assert_eq!(changed(&both, &pixels(&window)), 0);
+    files.iter().for_each(|f| std::fs::remove_file(f).unwrap());
+}
+
+#[test]
+fn keys_and_mouse_move_the_view_as_in_slicer() {
+    let file = ball("view", 24);
+    let source = bregma::input::Source { file: file.clone(), ..Default::default() };
+    // On a screen whose points are one and a half pixels wide.
+    let builder = Harness::builder().with_size([1280.0, 800.0]).with_pixels_per_point(1.5).wgpu();
+    let mut window: Window = builder.build_eframe(|cc| Workstation::new(cc, Start::Files(vec![source])));
+    wait(&mut window, "the scan", |w| !w.is_loading());
+    settle(&mut window);
+    let (picture, rect) = (window.state().picture().unwrap(), window.state().picture_rect().unwrap());
+    assert_eq!([picture.width as f32, picture.height as f32], [rect.width() * 1.5, rect.height() * 1.5]);
+    let forward = |window: &Window| window.state().scene().camera.basis().forward;
+    for (key, direction) in [(Key::Num3, -glam::DVec3::X), (Key::Num7, -glam::DVec3::Z), (Key::Num1, glam::DVec3::Y)] {
+        window.key_press(key);
+        window.run_steps(2);
+        assert!(forward(&window).dot(direction) > 0.999_999, "{key:?}");
+    }
+    let front = window.state().scene().camera;
+    window.key_press(Key::Num5);
+    window.run_steps(2);
+    assert!(matches!(window.state().scene().camera.projection, bregma_renderer::Projection::Orthographic { .. }));
+    window.key_press(Key::Num5);
+    window.run_steps(2);
+    assert!((window.state().scene().camera.eye_mm - front.eye_mm).length() < 1e-9, "there and back");
+
+    // Dragging to the right turns the near side to the right: the eye goes to the viewer's left, the patient's right.
+    let centre = window.state().picture_rect().unwrap().center();
+    drag(&mut window, centre, centre + egui::vec2(100.0, 0.0));
+    assert!(window.state().scene().camera.eye_mm.x < front.eye_mm.x - 1.0);
+    assert!(window.state().difference_ray().is_none(), "a drag casts no ray");
+    window.event(Event::PointerMoved(centre));
+    window.event(Event::MouseWheel {
+        unit: egui::MouseWheelUnit::Line,
+        delta: egui::vec2(0.0, 1.0),
+        source: egui::MouseWheelSource::Wheel,
+        phase: egui::TouchPhase::Move,
+        modifiers: Modifiers::NONE,
+    });
+    window.run_steps(3);
+    let camera = window.state().scene().camera;
+    assert!(camera.eye_mm.distance(camera.target_mm) < front.eye_mm.distance(front.target_mm), "the wheel brings it nearer");
+    // The ball is 18.4 mm across, and the picture's centre shows its middle.
+    click(&mut window, centre);
+    let length = window.state().difference_ray().expect("a ray through the ball").volumes[0].segments[0].length_mm;
+    assert!((length - 18.4).abs() < 1.0, "{length}");
     std::fs::remove_file(&file).unwrap();
 }

@@ -1,0 +1,117 @@
+//! Undo and redo: a stack of what the person made, without the camera.
+
+use crate::input::Opened;
+use bregma_renderer::Ray;
+use std::sync::Arc;
+
+/// What the person works on.
+#[derive(Clone, Debug)]
+pub struct Work {
+    /// Scans, layers and view.
+    pub opened: Opened,
+    /// The difference ray that was cast last.
+    pub ray: Option<Ray>,
+}
+
+impl Work {
+    /// Equal but for the camera.
+    fn same(&self, other: &Self) -> bool {
+        let (a, b) = (&self.opened, &other.opened);
+        a.volumes.len() == b.volumes.len()
+            && a.volumes.iter().zip(&b.volumes).all(|(a, b)| Arc::ptr_eq(a, b))
+            && (&a.scene.layers, a.scene.mode, a.scene.background) == (&b.scene.layers, b.scene.mode, b.scene.background)
+            && self.ray == other.ray
+    }
+}
+
+/// Steps kept; each is a few hundred bytes, as the samples are shared.
+const STEPS: usize = 200;
+
+/// Earlier and later states of the work.
+#[derive(Debug)]
+pub struct History {
+    past: Vec<Work>,
+    present: Work,
+    future: Vec<Work>,
+}
+
+impl History {
+    /// Begins with `work`.
+    pub fn new(work: &Work) -> Self {
+        Self { past: vec![], present: work.clone(), future: vec![] }
+    }
+
+    /// Makes a step of what changed since the last one, if anything did.
+    pub fn record(&mut self, work: &Work) {
+        if !self.present.same(work) {
+            self.past.push(std::mem::replace(&mut self.present, work.clone()));
+            self.future.clear();
+            if self.past.len() > STEPS {
+                self.past.remove(0);
+            }
+        }
+    }
+
+    /// There is a step to take back.
+    pub fn can_undo(&self) -> bool {
+        !self.past.is_empty()
+    }
+
+    /// There is a step to take again.
+    pub fn can_redo(&self) -> bool {
+        !self.future.is_empty()
+    }
+
+    /// Takes one step back; the view stays.
+    pub fn undo(&mut self, work: &mut Work) {
+        self.record(work);
+        if let Some(earlier) = self.past.pop() {
+            self.future.push(std::mem::replace(&mut self.present, earlier));
+            self.restore(work);
+        }
+    }
+
+    /// Takes one step forward again; the view stays.
+    pub fn redo(&mut self, work: &mut Work) {
+        self.record(work);
+        if let Some(later) = self.future.pop() {
+            self.past.push(std::mem::replace(&mut self.present, later));
+            self.restore(work);
+        }
+    }
+
+    fn restore(&self, work: &mut Work) {
+        let camera = work.opened.scene.camera;
+        *work = self.present.clone();
+        work.opened.scene.camera = camera;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bregma_renderer::Mode;
+    use glam::DVec3;
+
+    #[test]
+    fn undo_takes_back_steps_but_not_the_view() {
+        let mut work = Work { opened: Opened::new(vec![], vec![]), ray: None };
+        let mut history = History::new(&work);
+        work.opened.scene.mode = Mode::Overlay;
+        history.record(&work);
+        work.opened.scene.camera.target_mm = DVec3::ONE;
+        history.record(&work);
+        work.opened.scene.background = None;
+        // The last change was not recorded yet: it is a step of its own.
+        history.undo(&mut work);
+        assert!(work.opened.scene.background.is_some() && work.opened.scene.mode == Mode::Overlay);
+        history.undo(&mut work);
+        assert!(work.opened.scene.mode == Mode::Iso && !history.can_undo());
+        assert_eq!(work.opened.scene.camera.target_mm, DVec3::ONE);
+        history.redo(&mut work);
+        assert!(work.opened.scene.mode == Mode::Overlay && history.can_redo());
+        work.opened.scene.mode = Mode::Iso;
+        history.record(&work);
+        assert!(!history.can_redo());
+    }
+}

@@ -1,0 +1,159 @@
+//! The left panel: how the volumes are put together, and one card for each.
+
+use super::cast::{bytes, color};
+use super::histogram;
+use super::history::Work;
+use bregma_renderer::{Color, Layer, Mode};
+use bregma_volume::{Unit, Volume};
+use egui::{Align, Button, DragValue, Frame, Label, Layout, RichText, ScrollArea, Slider, SliderClamping, Ui};
+
+/// Shows the panel and applies what the person changes.
+pub fn show(ui: &mut Ui, work: &mut Work) {
+    let scene = &mut work.opened.scene;
+    ui.horizontal(|ui| {
+        ui.radio_value(&mut scene.mode, Mode::Iso, "Isosurface").on_hover_text("The nearest surface, opaque");
+        ui.radio_value(&mut scene.mode, Mode::Overlay, "Overlay")
+            .on_hover_text("The nearer volume transparent, the other one opaque behind it: what one has more than the other shows");
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            let mut background = scene.background.unwrap_or(bregma_renderer::BACKGROUND);
+            if color_button(ui, &mut background, "Background colour") {
+                scene.background = Some(background);
+            }
+            ui.weak("Background");
+        });
+    });
+    ui.add_space(4.0);
+    let mut removed = None;
+    ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+        let overlay = scene.mode == Mode::Overlay;
+        for (n, (volume, layer)) in work.opened.volumes.iter().zip(&mut scene.layers).enumerate() {
+            // Scans may share a name: their number tells their widgets apart.
+            ui.push_id(n, |ui| {
+                Frame::group(ui.style()).fill(ui.visuals().faint_bg_color).show(ui, |ui| {
+                    if card(ui, volume, layer, overlay) {
+                        removed = Some(n);
+                    }
+                });
+            });
+            ui.add_space(4.0);
+        }
+    });
+    if let Some(n) = removed {
+        remove(work, n);
+    }
+}
+
+fn remove(work: &mut Work, n: usize) {
+    let opened = &mut work.opened;
+    // The built-in pair comes first and has no files.
+    let without_file = opened.volumes.len() - opened.sources.len();
+    if let Some(source) = n.checked_sub(without_file) {
+        opened.sources.remove(source);
+    }
+    opened.volumes.remove(n);
+    opened.scene.layers.remove(n);
+    if opened.volumes.is_empty() {
+        work.ray = None;
+    }
+}
+
+/// One volume. True when it should be removed.
+fn card(ui: &mut Ui, volume: &Volume, layer: &mut Layer, overlay: bool) -> bool {
+    ui.set_width(ui.available_width());
+    let name = volume.name();
+    let removed = line(ui, |ui| {
+        let button = Button::new(RichText::new("×").size(18.0)).frame(false);
+        let remove = ui.add(button).on_hover_text("Remove from the window").accessible_name(format!("Remove {name}"));
+        ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+            color_button(ui, &mut layer.color, &format!("Colour of {name}"));
+            ui.checkbox(&mut layer.visible, "").on_hover_text("Show").accessible_name(format!("Show {name}"));
+            ui.add(Label::new(RichText::new(name).strong().size(15.0)).truncate());
+        });
+        remove.clicked()
+    });
+    let [nx, ny, nz] = volume.grid().dims();
+    let [sx, sy, sz] =
+        volume.grid().spacing_mm().to_array().map(|s| format!("{s:.3}").trim_end_matches('0').trim_end_matches('.').to_owned());
+    let spacing = if sx == sy && sy == sz { sx } else { format!("{sx} × {sy} × {sz}") };
+    ui.weak(format!("{nx} × {ny} × {nz}  ·  {spacing} mm")).on_hover_text("Samples along each axis, and the distances between them");
+    let text_color = if layer.visible { color(layer) } else { ui.visuals().weak_text_color() };
+    histogram::show(ui, volume, &mut layer.iso, text_color);
+    iso_slider(ui, volume, layer);
+    if overlay {
+        ui.horizontal(|ui| {
+            ui.weak("Opacity");
+            ui.spacing_mut().slider_width = ui.available_width() - 60.0;
+            let percent = |value: f64, _: std::ops::RangeInclusive<usize>| format!("{:.0} %", 100.0 * value);
+            let slider = Slider::new(&mut layer.opacity, 0.0..=1.0)
+                .custom_formatter(percent)
+                .custom_parser(parse_percent)
+                .update_while_editing(false);
+            ui.add(slider).accessible_name(format!("Opacity of {name}"));
+        });
+    }
+    if !volume.warnings().is_empty() {
+        let count = volume.warnings().len();
+        let title = if count == 1 { "1 warning".to_owned() } else { format!("{count} warnings") };
+        ui.collapsing(RichText::new(title).color(ui.visuals().warn_fg_color), |ui| {
+            for warning in volume.warnings() {
+                ui.label(warning);
+            }
+        });
+    }
+    removed
+}
+
+/// A line of its own height that is filled from the right.
+pub fn line<R>(ui: &mut Ui, add: impl FnOnce(&mut Ui) -> R) -> R {
+    ui.horizontal(|ui| ui.with_layout(Layout::right_to_left(Align::Center), add).inner).inner
+}
+
+fn parse_percent(text: &str) -> Option<f64> {
+    text.trim_end_matches(['%', ' ']).trim().parse::<f64>().ok().map(|p| p / 100.0)
+}
+
+fn iso_slider(ui: &mut Ui, volume: &Volume, layer: &mut Layer) {
+    let [low, high] = volume.range();
+    ui.spacing_mut().slider_width = ui.available_width();
+    // A value from a session may lie outside the range: it stays until the person changes it.
+    let slider = Slider::new(&mut layer.iso, low..=high).clamping(SliderClamping::Edits).max_decimals(3).show_value(false);
+    ui.add(slider).accessible_name(format!("Isovalue of {}", volume.name()));
+    let (default, why) = volume.default_isovalue();
+    ui.horizontal(|ui| {
+        let number = DragValue::new(&mut layer.iso).range(low..=high).clamp_existing_to_range(false).max_decimals(3);
+        // The first digits of a number are no isovalue yet.
+        let number = number.update_while_editing(false);
+        let number = number.speed((high - low) / 1000.0).suffix(unit(volume.unit()));
+        ui.add(number).on_hover_text("Click to type the isovalue").accessible_name(format!("Isovalue of {} as a number", volume.name()));
+        if layer.iso == default {
+            ui.weak(format!("default: {why}")).on_hover_text("The isovalue that the scan opened with");
+        } else if ui.small_button(format!("Reset to {}{}", round(default), unit(volume.unit()))).on_hover_text(why).clicked() {
+            layer.iso = default;
+        }
+        if !(low..=high).contains(&layer.iso) {
+            ui.colored_label(ui.visuals().warn_fg_color, "outside the scan's range");
+        }
+    });
+}
+
+/// Three decimals at most.
+fn round(value: f64) -> f64 {
+    (value * 1e3).round() / 1e3
+}
+
+/// What stands behind a number of this unit.
+fn unit(unit: Unit) -> &'static str {
+    match unit {
+        Unit::Hounsfield => " HU",
+        Unit::Value => "",
+    }
+}
+
+fn color_button(ui: &mut Ui, color: &mut Color, name: &str) -> bool {
+    let mut srgb = bytes(*color);
+    let changed = ui.color_edit_button_srgb(&mut srgb).on_hover_text(name).accessible_name(name).changed();
+    if changed {
+        *color = Color(srgb.map(|c| f32::from(c) / 255.0));
+    }
+    changed
+}

@@ -1,0 +1,204 @@
+//! Drawing on a thread of its own: the newest wish wins; a moving view is drawn in fewer pixels, a resting one exactly.
+
+use bregma_renderer::{CpuRenderer, GpuRenderer, Picture, RenderError, Renderer, Scene};
+use bregma_volume::Volume;
+use egui::{Color32, ColorImage, Context};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+/// What is to be seen.
+#[derive(Clone, Debug)]
+struct Wish {
+    volumes: Vec<Arc<Volume>>,
+    scene: Scene,
+    size: [u32; 2],
+}
+
+impl Wish {
+    fn same(&self, volumes: &[Arc<Volume>], scene: &Scene, size: [u32; 2]) -> bool {
+        self.size == size
+            && self.volumes.len() == volumes.len()
+            && self.volumes.iter().zip(volumes).all(|(a, b)| Arc::ptr_eq(a, b))
+            && self.scene == *scene
+    }
+}
+
+/// A finished picture.
+#[derive(Debug)]
+pub struct Painted {
+    /// Its pixels.
+    pub picture: Picture,
+    /// The same for the screen.
+    pub image: ColorImage,
+    /// One pixel stands for this many across and down; 1 is exact.
+    pub reduction: u32,
+    /// From the wish to the pixels.
+    pub millis: f64,
+    /// What drew it.
+    pub backend: String,
+}
+
+/// What the two threads hand each other.
+#[derive(Debug, Default)]
+struct Desk {
+    /// Number, contents, and whether all pixels are wanted.
+    wish: Option<(u64, Wish, bool)>,
+    done: Option<(u64, Result<Painted, String>)>,
+    notice: Option<String>,
+    closed: bool,
+}
+
+#[derive(Debug, Default)]
+struct Shared {
+    desk: Mutex<Desk>,
+    news: Condvar,
+}
+
+impl Shared {
+    /// A renderer that panicked leaves the desk in order: it never draws while holding it.
+    fn desk(&self) -> MutexGuard<'_, Desk> {
+        self.desk.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The window's side of the drawing thread.
+#[derive(Debug)]
+pub struct Painter {
+    shared: Arc<Shared>,
+    wish: Option<Wish>,
+    number: u64,
+    answered: u64,
+    /// The last wish was for all pixels or got them.
+    exact: bool,
+}
+
+impl Painter {
+    /// Starts the thread.
+    pub fn new(ctx: &Context) -> Self {
+        let shared = Arc::new(Shared::default());
+        let (theirs, ctx) = (Arc::clone(&shared), ctx.clone());
+        std::thread::spawn(move || Worker::new(&theirs).run(&theirs, &ctx));
+        Self { shared, wish: None, number: 0, answered: 0, exact: false }
+    }
+
+    /// Says what should be seen. Asks for a quick picture when it changed, and for the exact one once it rests.
+    pub fn want(&mut self, volumes: &[Arc<Volume>], scene: &Scene, size: [u32; 2], resting: bool) {
+        let same = self.wish.as_ref().is_some_and(|w| w.same(volumes, scene, size));
+        let wish = match self.wish.take() {
+            Some(wish) if same => wish,
+            _ => Wish { volumes: volumes.to_vec(), scene: scene.clone(), size },
+        };
+        if !same || (resting && !self.exact && self.answered == self.number) {
+            self.number += 1;
+            self.exact = same;
+            self.shared.desk().wish = Some((self.number, wish.clone(), self.exact));
+            self.shared.news.notify_one();
+        }
+        self.wish = Some(wish);
+    }
+
+    /// The newest picture, if there is one since the last call, or one sentence about why there is none.
+    pub fn poll(&mut self) -> Option<Result<Painted, String>> {
+        let (number, result) = self.shared.desk().done.take()?;
+        self.answered = number;
+        // What failed once fails again: no second try before something changes.
+        if number == self.number {
+            self.exact = result.as_ref().map_or(true, |p| p.reduction == 1);
+        }
+        Some(result)
+    }
+
+    /// What the person should know about the backend, once.
+    pub fn notice(&self) -> Option<String> {
+        self.shared.desk().notice.take()
+    }
+
+    /// The last wish has all its pixels.
+    pub fn is_settled(&self) -> bool {
+        self.answered == self.number && self.exact
+    }
+}
+
+impl Drop for Painter {
+    fn drop(&mut self) {
+        self.shared.desk().closed = true;
+        self.shared.news.notify_one();
+    }
+}
+
+/// A moving picture is meant to take no longer than this.
+const FLUENT_MS: f64 = 40.0;
+/// Fewer pixels than an eighth across show no skull.
+const COARSEST: u32 = 8;
+
+struct Worker {
+    renderer: Box<dyn Renderer>,
+    on_gpu: bool,
+    reduction: u32,
+}
+
+impl Worker {
+    fn new(shared: &Shared) -> Self {
+        let gpu = GpuRenderer::new(false);
+        let on_gpu = gpu.is_ok();
+        let renderer: Box<dyn Renderer> = match gpu {
+            Ok(gpu) => Box::new(gpu),
+            Err(bregma_renderer::GpuError::NoAdapter) => Box::new(CpuRenderer::default()),
+            Err(e) => {
+                shared.desk().notice = Some(format!("The graphics card is not used: {e}. The processor draws instead."));
+                Box::new(CpuRenderer::default())
+            }
+        };
+        Self { renderer, on_gpu, reduction: 4 }
+    }
+
+    fn run(&mut self, shared: &Shared, ctx: &Context) {
+        loop {
+            let (number, wish, exact) = {
+                let mut desk = shared.desk();
+                loop {
+                    if desk.closed {
+                        return;
+                    }
+                    if let Some(wish) = desk.wish.take() {
+                        break wish;
+                    }
+                    desk = shared.news.wait(desk).unwrap_or_else(PoisonError::into_inner);
+                }
+            };
+            let result = self.paint(shared, &wish, exact).map_err(|e| e.to_string());
+            shared.desk().done = Some((number, result));
+            ctx.request_repaint();
+        }
+    }
+
+    fn paint(&mut self, shared: &Shared, wish: &Wish, exact: bool) -> Result<Painted, RenderError> {
+        let reduction = if exact { 1 } else { self.reduction };
+        let [width, height] = wish.size.map(|n| n.div_ceil(reduction));
+        let begun = Instant::now();
+        let mut drawn = self.renderer.render(&wish.volumes, &wish.scene, width, height);
+        if let (true, Err(e)) = (self.on_gpu, &drawn) {
+            shared.desk().notice = Some(format!("The graphics card failed: {e}. The processor draws instead."));
+            (self.renderer, self.on_gpu) = (Box::new(CpuRenderer::default()), false);
+            drawn = self.renderer.render(&wish.volumes, &wish.scene, width, height);
+        }
+        let picture = drawn?;
+        let millis = begun.elapsed().as_secs_f64() * 1e3;
+        self.adapt(reduction, millis);
+        Ok(Painted { image: image(&picture), picture, reduction, millis, backend: self.renderer.name() })
+    }
+
+    /// Half the pixels across where a frame took too long; twice as many where four times its time still fits.
+    fn adapt(&mut self, reduction: u32, millis: f64) {
+        if reduction == self.reduction && millis > FLUENT_MS {
+            self.reduction = (reduction * 2).min(COARSEST);
+        } else if reduction <= self.reduction && (millis * 4.0 < FLUENT_MS || reduction == 1 && millis <= FLUENT_MS) {
+            self.reduction = if reduction == self.reduction { (reduction / 2).max(1) } else { reduction };
+        }
+    }
+}
+
+fn image(picture: &Picture) -> ColorImage {
+    let color = |&[r, g, b, a]: &[u8; 4]| Color32::from_rgba_unmultiplied(r, g, b, a);
+    ColorImage::new([picture.width as usize, picture.height as usize], picture.rgba.iter().map(color).collect())
+}

@@ -1,0 +1,120 @@
+//! The picture: what the mouse does on it, and its pixels on the screen.
+
+use super::cast::{Found, cast};
+use super::history::Work;
+use super::marks::{self, Screen};
+use super::navigate;
+use super::painter::Painted;
+use egui::emath::GuiRounding;
+use egui::{Color32, PointerButton, Pos2, Rect, Response, Role, Sense, TextureHandle, TextureOptions, Ui, WidgetInfo};
+use std::f64::consts::PI;
+
+/// The picture on the screen.
+#[derive(Default)]
+pub struct View {
+    texture: Option<TextureHandle>,
+    /// The newest picture; kept for saving.
+    pub painted: Option<Painted>,
+    /// Its place on the screen, in points.
+    pub rect: Option<Rect>,
+    /// When the mouse last moved the view or a layer changed, in the window's seconds.
+    moved_at: f64,
+}
+
+/// A view that has not moved for so long is at rest: longer than the pause between two clicks of a wheel.
+const REST_S: f64 = 0.2;
+
+impl View {
+    /// Takes a new picture to the screen.
+    pub fn take(&mut self, ctx: &egui::Context, painted: Painted) {
+        // Exact pixels stand one to one on the screen; a preview is smoothed.
+        let options = if painted.reduction == 1 { TextureOptions::NEAREST } else { TextureOptions::LINEAR };
+        match &mut self.texture {
+            Some(texture) => texture.set(painted.image.clone(), options),
+            none => *none = Some(ctx.load_texture("picture", painted.image.clone(), options)),
+        }
+        self.painted = Some(painted);
+    }
+
+    /// Shows the picture and lets the mouse work on it. Gives its size in pixels; `Err` is a sentence for the person.
+    pub fn show(&mut self, ui: &mut Ui, work: &mut Work, found: Option<&Found>) -> Result<[u32; 2], String> {
+        let pixels_per_point = ui.pixels_per_point();
+        let rect = ui.available_rect_before_wrap().round_to_pixels(pixels_per_point);
+        let size = [rect.width(), rect.height()].map(|n| (n * pixels_per_point).round().max(1.0) as u32);
+        self.rect = Some(rect);
+        let place = ui.allocate_rect(rect, Sense::hover());
+        // At its rim, the mouse takes hold of the neighbouring panels' edges instead.
+        let rim = ui.style().interaction.resize_grab_radius_side;
+        let response = ui.interact(rect.shrink(rim), place.id.with("mouse"), Sense::click_and_drag());
+        response.widget_info(|| WidgetInfo::labeled(Role::Image, true, "Picture"));
+        let mut told = Ok(size);
+        if response.clicked_by(PointerButton::Primary)
+            && let Some(at) = response.interact_pointer_pos()
+        {
+            told = click(work, rect, size, at).map(|()| size);
+        }
+        if self.navigate(ui, &response, work, rect) {
+            self.moved_at = ui.ctx().time();
+        }
+
+        let painter = ui.painter_at(rect);
+        if let Some(texture) = &self.texture {
+            let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
+            painter.image(texture.id(), rect, whole, Color32::WHITE);
+        }
+        let screen = Screen { camera: &work.opened.scene.camera, rect, size };
+        if let Some(found) = found {
+            marks::ray(&painter, &screen, found);
+        }
+        marks::directions(&painter, &screen);
+        marks::scale_bar(ui, &screen);
+        told
+    }
+
+    /// Nothing moved lately and no button is held. Asks for another look when that time comes.
+    pub fn is_resting(&self, ctx: &egui::Context) -> bool {
+        let left = self.moved_at + REST_S - ctx.time();
+        if left > 0.0 {
+            ctx.request_repaint_after_secs(left as f32);
+        }
+        left <= 0.0 && !ctx.input(|i| i.pointer.any_down())
+    }
+
+    /// As in 3D Slicer: left rotates, middle or Shift+left pans, right or the wheel zooms, Ctrl+left rolls.
+    fn navigate(&self, ui: &Ui, response: &Response, work: &mut Work, rect: Rect) -> bool {
+        let camera = &mut work.opened.scene.camera;
+        let before = *camera;
+        let (modifiers, wheel, pinch) = ui.input(|i| (i.modifiers, i.smooth_scroll_delta().y, i.zoom_delta()));
+        let delta = response.drag_delta();
+        let (dx, dy, height) = (f64::from(delta.x), f64::from(delta.y), f64::from(rect.height()));
+        let left = response.dragged_by(PointerButton::Primary);
+        if response.dragged_by(PointerButton::Middle) || left && modifiers.shift {
+            navigate::pan(camera, dx, dy, height);
+        } else if left && modifiers.command {
+            if let Some(to) = response.interact_pointer_pos() {
+                let angle = (to - delta - rect.center()).angle() - (to - rect.center()).angle();
+                navigate::roll(camera, -f64::from(angle));
+            }
+        } else if left {
+            // The height of the view turns the skull by half a turn.
+            navigate::rotate(camera, dx * PI / height, dy * PI / height);
+        } else if response.dragged_by(PointerButton::Secondary) {
+            // Pulling the mouse toward oneself brings the skull nearer.
+            navigate::zoom(camera, (dy * 4.0 / height).exp());
+        }
+        if response.hovered() && (wheel != 0.0 || pinch != 1.0) {
+            navigate::zoom(camera, (f64::from(wheel) * 0.004).exp() * f64::from(pinch));
+        }
+        *camera != before
+    }
+}
+
+fn click(work: &mut Work, rect: Rect, size: [u32; 2], at: Pos2) -> Result<(), String> {
+    let (x, y) = Screen { camera: &work.opened.scene.camera, rect, size }.pixel(at);
+    match cast(work, x, y, size)? {
+        Some(ray) => work.ray = Some(ray),
+        // A missed click costs no measurement.
+        None => return Err("No bone there: click on a surface to cast the difference ray through it.".into()),
+    }
+    Ok(())
+}
