@@ -166,7 +166,7 @@ fn walk_brick(line: Line, pace: Pace, brick: vec3<i32>, s: f32) -> Hit {
         if any(lower >= vec4<f32>(0.0)) || any(upper >= vec4<f32>(0.0)) {
             let start = p - local_corner;
             let end = q - local_corner;
-            let u = first_entry(bernstein(lower, upper, start, end));
+            let u = first_entry(lower, upper, start, end);
             if u >= 0.0 {
                 var met = MET_ISOSURFACE;
                 if u == 0.0 && all(cell == first) {

@@ -4,9 +4,10 @@ mod shade;
 mod walk;
 
 use crate::frame::{Frame, FrameLayer};
+use crate::roots::{Analytic, Exact, FirstEntry, Linear, Marmitt, Neubauer, Solver, Steps};
 use crate::scene::{Picture, Scene};
 use crate::{RenderError, Renderer};
-use bregma_volume::{Volume, with_samples};
+use bregma_volume::{Sample, Volume, with_samples};
 use glam::Vec3;
 use rayon::prelude::*;
 use shade::{Shaded, combine, encode, phong};
@@ -64,19 +65,7 @@ fn draw_tile(frame: &Frame, scene: &Scene, xs: std::ops::Range<u32>, ys: std::op
             let dims = layer.surface.grid.dims();
             let (level, sign) = (layer.surface.level, layer.surface.sign);
             let field = Field { samples: samples.as_slice(), dims, map: &layer.map, level, sign };
-            for (&(x, y), hits) in pixels.iter().zip(&mut hits) {
-                let line = Line { origin: layer.rays.origin.at(x, y), direction: layer.rays.direction.at(x, y) };
-                // What lies behind an opaque hit is not asked for.
-                let s_max = if frame.only_nearest { hits.first().map_or(frame.s_max, |h| h.s) } else { frame.s_max };
-                if let Some(hit) = field.first_hit(&line, s_max) {
-                    let view = frame.world_rays.direction.at(x, y).normalize().as_vec3();
-                    let normal = normal(&field, layer, &hit, view);
-                    let color = phong(&scene.light, layer.color, normal, view, frame.toward_light);
-                    let shaded = Shaded { s: hit.s, layer: layer.index, color, opacity: layer.opacity };
-                    if frame.only_nearest { hits.clear(); }
-                    hits.push(shaded);
-                }
-            }
+            trace_with(scene.solver)(&field, frame, scene, layer, &pixels, &mut hits);
         });
     }
     let finish = |(&(x, y), hits): (&(u32, u32), &Vec<Shaded>)| {
@@ -87,8 +76,50 @@ fn draw_tile(frame: &Frame, scene: &Scene, xs: std::ops::Range<u32>, ys: std::op
     pixels.iter().zip(&hits).map(finish).collect()
 }
 
+/// One pass of one volume over the pixels of a tile.
+type Trace<T> = fn(&Field<'_, T>, &Frame, &Scene, &FrameLayer, &[(u32, u32)], &mut [Vec<Shaded>]);
+
+/// The pass that is compiled for `solver`.
+fn trace_with<T: Sample>(solver: Solver) -> Trace<T> {
+    match solver {
+        Solver::Exact => trace::<T, Exact>,
+        Solver::Linear => trace::<T, Linear>,
+        Solver::Neubauer(Steps::Two) => trace::<T, Neubauer<2>>,
+        Solver::Neubauer(Steps::Three) => trace::<T, Neubauer<3>>,
+        Solver::Neubauer(Steps::Four) => trace::<T, Neubauer<4>>,
+        Solver::Marmitt(Steps::Two) => trace::<T, Marmitt<2>>,
+        Solver::Marmitt(Steps::Three) => trace::<T, Marmitt<3>>,
+        Solver::Marmitt(Steps::Four) => trace::<T, Marmitt<4>>,
+        Solver::Analytic => trace::<T, Analytic>,
+    }
+}
+
+fn trace<T: Sample, S: FirstEntry>(
+    field: &Field<'_, T>,
+    frame: &Frame,
+    scene: &Scene,
+    layer: &FrameLayer,
+    pixels: &[(u32, u32)],
+    hits: &mut [Vec<Shaded>],
+) {
+    for (&(x, y), hits) in pixels.iter().zip(hits) {
+        let line = Line { origin: layer.rays.origin.at(x, y), direction: layer.rays.direction.at(x, y) };
+        // What lies behind an opaque hit is not asked for.
+        let s_max = if frame.only_nearest { hits.first().map_or(frame.s_max, |h| h.s) } else { frame.s_max };
+        if let Some(hit) = field.first_hit::<S>(&line, s_max) {
+            let view = frame.world_rays.direction.at(x, y).normalize().as_vec3();
+            let normal = normal(field, layer, &hit, view);
+            let color = phong(&scene.light, layer.color, normal, view, frame.toward_light);
+            if frame.only_nearest {
+                hits.clear();
+            }
+            hits.push(Shaded { s: hit.s, layer: layer.index, color, opacity: layer.opacity });
+        }
+    }
+}
+
 /// Outward normal in the world, unit.
-fn normal<T: bregma_volume::Sample>(field: &Field<'_, T>, layer: &FrameLayer, hit: &Hit, view: Vec3) -> Vec3 {
+fn normal<T: Sample>(field: &Field<'_, T>, layer: &FrameLayer, hit: &Hit, view: Vec3) -> Vec3 {
     let index = match hit.met {
         Met::Isosurface => -field.smooth_gradient(hit.cell, hit.local),
         Met::Face(normal) => normal,

@@ -4,8 +4,8 @@
 //! In both, positions become float32 only relative to a brick's corner, where they are good to a millionth of a voxel:
 //! a float32 position across a whole scan is not, and at grazing incidence a small error sideways is a large one in depth.
 
-use crate::cubic::{bernstein, first_entry, inside};
 use crate::occupancy::DistanceMap;
+use crate::roots::{FirstEntry, inside};
 use bregma_volume::{BRICK, Sample};
 use glam::{DVec3, IVec3, Vec3};
 
@@ -87,7 +87,7 @@ impl Pace {
 
 impl<T: Sample> Field<'_, T> {
     /// The first entry into the bone along `line` for 0 ≤ s ≤ `s_max`, or at s = 0 or the box's face where that is inside.
-    pub fn first_hit(&self, line: &Line, s_max: f32) -> Option<Hit> {
+    pub fn first_hit<S: FirstEntry>(&self, line: &Line, s_max: f32) -> Option<Hit> {
         let pace = Pace::new(line.direction.as_vec3());
         let bricks = IVec3::from_array(self.map.dims().map(|n| n as i32));
         if bricks.min_element() == 0 {
@@ -99,7 +99,7 @@ impl<T: Sample> Field<'_, T> {
             let [bx, by, _] = self.map.dims();
             let distance = self.map.distances()[(brick.z as usize * by + brick.y as usize) * bx + brick.x as usize];
             if distance == 0
-                && let Some(hit) = self.walk_brick(line, &pace, brick, s)
+                && let Some(hit) = self.walk_brick::<S>(line, &pace, brick, s)
             {
                 return (hit.s <= s_max).then_some(hit);
             }
@@ -151,7 +151,7 @@ impl<T: Sample> Field<'_, T> {
     }
 
     /// The first entry within one brick, of which `s` is at or near the ray's entry.
-    fn walk_brick(&self, line: &Line, pace: &Pace, brick: IVec3, s: f32) -> Option<Hit> {
+    fn walk_brick<S: FirstEntry>(&self, line: &Line, pace: &Pace, brick: IVec3, s: f32) -> Option<Hit> {
         let corner = brick * BRICK as i32;
         let cells = IVec3::from_array(self.dims.map(|n| n as i32 - 1));
         let size = (cells - corner).min(IVec3::splat(BRICK as i32));
@@ -196,7 +196,7 @@ impl<T: Sample> Field<'_, T> {
             let f = self.corners(corner + cell);
             if f.iter().any(|&v| inside(v)) {
                 let (from, to) = (p - cell.as_vec3(), q - cell.as_vec3());
-                if let Some(u) = first_entry(&bernstein(&f, from, to)) {
+                if let Some(u) = S::first_entry(&f, from, to) {
                     let met = if u == 0.0 && cell == first { self.met_at_entry(brick, pace, entry) } else { Met::Isosurface };
                     return Some(Hit { s: s + t + u * (t_next - t), cell: corner + cell, local: from.lerp(to, u), met });
                 }

@@ -13,6 +13,7 @@ use pipelines::{Pipelines, Target};
 
 use crate::frame::{Frame, MapCache};
 use crate::occupancy::DistanceMap;
+use crate::roots::{Solver, Steps};
 use crate::scene::{Mode, Picture, Scene};
 use crate::{RenderError, Renderer};
 use bregma_volume::Volume;
@@ -23,13 +24,34 @@ const TILE: u32 = 256;
 /// Tiles in one submission: about 0.2 s of a software driver, a few ms of a graphics card.
 const TILES_PER_SUBMISSION: usize = 8;
 
-/// The WGSL of the pass over a volume whose texture has components of type `sample`.
-fn trace_source(sample: &str) -> String {
-    let walk = include_str!("../../../shaders/walk.wgsl").replace("SAMPLE", sample);
+/// The WGSL of the pass over a volume whose texture has components of type `component`, with one solver compiled in.
+fn trace_source(component: &str, solver: Solver) -> String {
+    let exact = include_str!("../../../shaders/exact.wgsl");
+    let linear = include_str!("../../../shaders/linear.wgsl");
+    let neubauer = include_str!("../../../shaders/neubauer.wgsl");
+    let marmitt = include_str!("../../../shaders/marmitt.wgsl");
+    let analytic = include_str!("../../../shaders/analytic.wgsl");
+    let stepped = |source: &str, steps: Steps| {
+        let count = match steps {
+            Steps::Two => "2u",
+            Steps::Three => "3u",
+            Steps::Four => "4u",
+        };
+        source.replace("STEP_COUNT", count)
+    };
+    let solver = match solver {
+        Solver::Exact => exact.to_owned(),
+        Solver::Linear => linear.to_owned(),
+        Solver::Neubauer(steps) => stepped(neubauer, steps),
+        Solver::Marmitt(steps) => stepped(marmitt, steps),
+        Solver::Analytic => analytic.to_owned(),
+    };
     [
         include_str!("../../../shaders/line.wgsl"),
-        include_str!("../../../shaders/cubic.wgsl"),
-        &walk,
+        include_str!("../../../shaders/interpolant.wgsl"),
+        include_str!("../../../shaders/bernstein.wgsl"),
+        &solver,
+        &include_str!("../../../shaders/walk.wgsl").replace("SAMPLE", component),
         include_str!("../../../shaders/trace.wgsl"),
     ]
     .join("\n")
@@ -137,7 +159,7 @@ impl GpuRenderer {
             .iter()
             .map(|l| ShadeLayer { color: l.color.extend(l.opacity).to_array(), id: l.index as u32 + 1, padding: [0; 3] })
             .collect();
-        self.pipelines.run(&self.gpu, &volumes, &trace, &shade, &colors, &target, &tiles);
+        self.pipelines.run(&self.gpu, scene.solver, &volumes, &trace, &shade, &colors, &target, &tiles);
         let picture = target.read(&self.gpu, frame)?;
         self.target = Some(target);
         Ok(picture)
