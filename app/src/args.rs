@@ -126,7 +126,7 @@ pub struct RenderArgs {
     /// Pixels
     #[arg(long, value_name = "WxH", value_parser = size, default_value = "512x512")]
     pub size: (u32, u32),
-    /// How roots are found: exact [default], linear, neubauer[:2|3|4], marmitt[:2|3|4], analytic
+    /// How roots are found: exact [default], linear, neubauer[:2|3|4], marmitt[:2|3|4], analytic, step:1|0.5|0.25|0.125
     #[arg(long, value_name = "NAME", value_parser = solver)]
     pub solver: Option<Solver>,
     /// Opacity of a surface that overlay draws transparent: once for all, or once for each volume
@@ -223,7 +223,7 @@ pub struct BenchArgs {
     /// How surfaces are put together
     #[arg(long, value_enum, default_value = "iso")]
     pub mode: ModeName,
-    /// How roots are found: exact, linear, neubauer[:2|3|4], marmitt[:2|3|4], analytic
+    /// How roots are found: exact, linear, neubauer[:2|3|4], marmitt[:2|3|4], analytic, step:1|0.5|0.25|0.125
     #[arg(long, value_name = "NAME", value_parser = solver, default_value = "exact")]
     pub solver: Solver,
     /// Pixels along each side

@@ -18,7 +18,7 @@ pub use cpu::CpuRenderer;
 #[cfg(feature = "gpu")]
 pub use gpu::{GpuError, GpuRenderer};
 pub use occupancy::DistanceMap;
-pub use roots::{Solver, Steps};
+pub use roots::{PerVoxel, Solver, Steps};
 pub use scene::{BACKGROUND, Color, Layer, Light, Mode, Picture, Scene, Surface};
 
 use bregma_volume::{GridError, Volume};

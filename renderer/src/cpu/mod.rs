@@ -1,18 +1,21 @@
 //! The CPU renderer: the same algorithm as the GPU's, on all cores.
 
+mod cells;
 mod shade;
+mod steps;
 mod walk;
 
 use crate::frame::{Frame, FrameLayer};
-use crate::roots::{Analytic, Exact, FirstEntry, Linear, Marmitt, Neubauer, Solver, Steps};
+use crate::roots::{Analytic, Exact, Linear, Marmitt, Neubauer, PerVoxel, Solver, Steps};
 use crate::scene::{Picture, Scene};
 use crate::{RenderError, Renderer};
 use bregma_volume::{Sample, Volume, with_samples};
+use cells::Cells;
 use glam::Vec3;
 use rayon::prelude::*;
 use shade::{Shaded, combine, encode, phong};
 use std::sync::Arc;
-use walk::{Field, Hit, Line, Met};
+use walk::{Field, Hit, Line, Met, WalkBrick};
 
 /// Side of the square tiles that cores take in turn: rays of one tile touch the same bricks, and 256 tiles of a 512² picture
 /// keep all cores busy to the end.
@@ -82,19 +85,23 @@ type Trace<T> = fn(&Field<'_, T>, &Frame, &Scene, &FrameLayer, &[(u32, u32)], &m
 /// The pass that is compiled for `solver`.
 fn trace_with<T: Sample>(solver: Solver) -> Trace<T> {
     match solver {
-        Solver::Exact => trace::<T, Exact>,
-        Solver::Linear => trace::<T, Linear>,
-        Solver::Neubauer(Steps::Two) => trace::<T, Neubauer<2>>,
-        Solver::Neubauer(Steps::Three) => trace::<T, Neubauer<3>>,
-        Solver::Neubauer(Steps::Four) => trace::<T, Neubauer<4>>,
-        Solver::Marmitt(Steps::Two) => trace::<T, Marmitt<2>>,
-        Solver::Marmitt(Steps::Three) => trace::<T, Marmitt<3>>,
-        Solver::Marmitt(Steps::Four) => trace::<T, Marmitt<4>>,
-        Solver::Analytic => trace::<T, Analytic>,
+        Solver::Exact => trace::<T, Cells<Exact>>,
+        Solver::Linear => trace::<T, Cells<Linear>>,
+        Solver::Neubauer(Steps::Two) => trace::<T, Cells<Neubauer<2>>>,
+        Solver::Neubauer(Steps::Three) => trace::<T, Cells<Neubauer<3>>>,
+        Solver::Neubauer(Steps::Four) => trace::<T, Cells<Neubauer<4>>>,
+        Solver::Marmitt(Steps::Two) => trace::<T, Cells<Marmitt<2>>>,
+        Solver::Marmitt(Steps::Three) => trace::<T, Cells<Marmitt<3>>>,
+        Solver::Marmitt(Steps::Four) => trace::<T, Cells<Marmitt<4>>>,
+        Solver::Analytic => trace::<T, Cells<Analytic>>,
+        Solver::Step(PerVoxel::One) => trace::<T, steps::Steps<1>>,
+        Solver::Step(PerVoxel::Two) => trace::<T, steps::Steps<2>>,
+        Solver::Step(PerVoxel::Four) => trace::<T, steps::Steps<4>>,
+        Solver::Step(PerVoxel::Eight) => trace::<T, steps::Steps<8>>,
     }
 }
 
-fn trace<T: Sample, S: FirstEntry>(
+fn trace<T: Sample, W: WalkBrick>(
     field: &Field<'_, T>,
     frame: &Frame,
     scene: &Scene,
@@ -106,7 +113,7 @@ fn trace<T: Sample, S: FirstEntry>(
         let line = Line { origin: layer.rays.origin.at(x, y), direction: layer.rays.direction.at(x, y) };
         // What lies behind an opaque hit is not asked for.
         let s_max = if frame.only_nearest { hits.first().map_or(frame.s_max, |h| h.s) } else { frame.s_max };
-        if let Some(hit) = field.first_hit::<S>(&line, s_max) {
+        if let Some(hit) = field.first_hit::<W>(&line, s_max) {
             let view = frame.world_rays.direction.at(x, y).normalize().as_vec3();
             let normal = normal(field, layer, &hit, view);
             let color = phong(&scene.light, layer.color, normal, view, frame.toward_light);

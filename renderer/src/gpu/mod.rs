@@ -13,7 +13,7 @@ use pipelines::{Pipelines, Target};
 
 use crate::frame::{Frame, MapCache};
 use crate::occupancy::DistanceMap;
-use crate::roots::{Solver, Steps};
+use crate::roots::{PerVoxel, Solver, Steps};
 use crate::scene::{Mode, Picture, Scene};
 use crate::{RenderError, Renderer};
 use bregma_volume::Volume;
@@ -26,35 +26,33 @@ const TILES_PER_SUBMISSION: usize = 8;
 
 /// The WGSL of the pass over a volume whose texture has components of type `component`, with one solver compiled in.
 fn trace_source(component: &str, solver: Solver) -> String {
-    let exact = include_str!("../../../shaders/exact.wgsl");
-    let linear = include_str!("../../../shaders/linear.wgsl");
-    let neubauer = include_str!("../../../shaders/neubauer.wgsl");
-    let marmitt = include_str!("../../../shaders/marmitt.wgsl");
-    let analytic = include_str!("../../../shaders/analytic.wgsl");
-    let stepped = |source: &str, steps: Steps| {
-        let count = match steps {
-            Steps::Two => "2u",
-            Steps::Three => "3u",
-            Steps::Four => "4u",
+    macro_rules! wgsl {
+        ($name:literal) => {
+            include_str!(concat!("../../../shaders/", $name, ".wgsl"))
         };
-        source.replace("STEP_COUNT", count)
+    }
+    let count = |steps: Steps| match steps {
+        Steps::Two => "2u",
+        Steps::Three => "3u",
+        Steps::Four => "4u",
     };
-    let solver = match solver {
-        Solver::Exact => exact.to_owned(),
-        Solver::Linear => linear.to_owned(),
-        Solver::Neubauer(steps) => stepped(neubauer, steps),
-        Solver::Marmitt(steps) => stepped(marmitt, steps),
-        Solver::Analytic => analytic.to_owned(),
+    let per_voxel = |steps: PerVoxel| match steps {
+        PerVoxel::One => "1.0",
+        PerVoxel::Two => "2.0",
+        PerVoxel::Four => "4.0",
+        PerVoxel::Eight => "8.0",
     };
-    [
-        include_str!("../../../shaders/line.wgsl"),
-        include_str!("../../../shaders/interpolant.wgsl"),
-        include_str!("../../../shaders/bernstein.wgsl"),
-        &solver,
-        &include_str!("../../../shaders/walk.wgsl").replace("SAMPLE", component),
-        include_str!("../../../shaders/trace.wgsl"),
-    ]
-    .join("\n")
+    let in_cells = |solver: &str| [wgsl!("cells"), solver].join("\n");
+    let in_brick = match solver {
+        Solver::Exact => in_cells(wgsl!("exact")),
+        Solver::Linear => in_cells(wgsl!("linear")),
+        Solver::Neubauer(steps) => in_cells(&wgsl!("neubauer").replace("STEP_COUNT", count(steps))),
+        Solver::Marmitt(steps) => in_cells(&wgsl!("marmitt").replace("STEP_COUNT", count(steps))),
+        Solver::Analytic => in_cells(wgsl!("analytic")),
+        Solver::Step(steps) => wgsl!("steps").replace("PER_VOXEL", per_voxel(steps)),
+    };
+    let walk = wgsl!("walk").replace("SAMPLE", component);
+    [wgsl!("line"), wgsl!("interpolant"), wgsl!("bernstein"), &in_brick, &walk, wgsl!("trace")].join("\n")
 }
 
 /// The WGSL of the shading pass.

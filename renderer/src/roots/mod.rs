@@ -1,5 +1,6 @@
-//! The solvers: ways to find where a ray first enters the bone within one cell. Each is one file here and one shader of the same
-//! name; the walk is compiled for each on its own, so that what is timed is the method and not a switch.
+//! The solvers: ways to find where a ray first enters the bone. Each that works within one cell is one file here and one shader of
+//! the same name (fixed steps are `cpu/steps.rs`, as they know no cells); the walk is compiled for each on its own, so that what is
+//! timed is the method and not a switch.
 
 mod analytic;
 mod bernstein;
@@ -34,6 +35,21 @@ pub enum Solver {
     Marmitt(Steps),
     /// A closed form (Blinn 2007).
     Analytic,
+    /// Steps of fixed length through the brick, with linear interpolation where samples change sides.
+    Step(PerVoxel),
+}
+
+/// Fixed steps in a voxel's length.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PerVoxel {
+    /// Steps of a voxel.
+    One,
+    /// Of half a voxel.
+    Two,
+    /// Of a quarter.
+    Four,
+    /// Of an eighth.
+    Eight,
 }
 
 /// Steps of a repeated linear interpolation.
@@ -49,7 +65,7 @@ pub enum Steps {
 
 impl Solver {
     /// Every solver.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 13] = [
         Self::Exact,
         Self::Linear,
         Self::Neubauer(Steps::Two),
@@ -59,6 +75,10 @@ impl Solver {
         Self::Marmitt(Steps::Three),
         Self::Marmitt(Steps::Four),
         Self::Analytic,
+        Self::Step(PerVoxel::One),
+        Self::Step(PerVoxel::Two),
+        Self::Step(PerVoxel::Four),
+        Self::Step(PerVoxel::Eight),
     ];
 }
 
@@ -75,6 +95,10 @@ impl fmt::Display for Solver {
             Self::Neubauer(steps) => stepped(f, "neubauer", steps),
             Self::Marmitt(steps) => stepped(f, "marmitt", steps),
             Self::Analytic => f.write_str("analytic"),
+            Self::Step(PerVoxel::One) => f.write_str("step:1"),
+            Self::Step(PerVoxel::Two) => f.write_str("step:0.5"),
+            Self::Step(PerVoxel::Four) => f.write_str("step:0.25"),
+            Self::Step(PerVoxel::Eight) => f.write_str("step:0.125"),
         }
     }
 }
@@ -103,7 +127,7 @@ impl From<Solver> for String {
     }
 }
 
-/// A solver, compiled into a walk.
+/// A solver that works within one cell.
 pub(crate) trait FirstEntry: Sync {
     /// The first u in [0, 1] of the segment from `p` to `q` (local coordinates in [0, 1]³) where the trilinear interpolant of
     /// the corner values `f` enters the inside, as far as the method sees it. Corner x + 2y + 4z is at (x, y, z).
@@ -121,7 +145,7 @@ fn mix(a: f32, b: f32, w: f32) -> f32 {
 }
 
 /// The trilinear interpolant at `p`.
-fn trilinear(f: &[f32; 8], p: Vec3) -> f32 {
+pub(crate) fn trilinear(f: &[f32; 8], p: Vec3) -> f32 {
     let [y0z0, y1z0, y0z1, y1z1] = [0, 2, 4, 6].map(|c| mix(f[c], f[c + 1], p.x));
     mix(mix(y0z0, y1z0, p.y), mix(y0z1, y1z1, p.y), p.z)
 }
