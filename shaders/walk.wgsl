@@ -1,4 +1,5 @@
-// Following a ray to its first hit: leaps between range bricks, then cell by cell within a brick that may hold the surface.
+// Following a ray to its first hit: leaps between range bricks, until one may hold the surface; what is done there is `walk_brick`
+// of cells.wgsl or steps.wgsl.
 // The twin of renderer/src/cpu/walk.rs, which says why each step is as it is.
 
 // SAMPLE is replaced by u32, i32 or f32, the component type of the scan's texture.
@@ -86,12 +87,15 @@ fn first_hit(line: Line, s_max: f32) -> Hit {
     loop {
         let distance = i32(textureLoad(distances, brick, 0).r);
         if distance == 0 {
-            let hit = walk_brick(line, pace, brick, s);
-            if hit.met != MISSED {
-                if hit.s <= s_max {
-                    return hit;
+            let at = enter_brick(line, pace, brick, s);
+            if at.t < at.t_out {
+                let hit = walk_brick(pace, at);
+                if hit.met != MISSED {
+                    if hit.s <= s_max {
+                        return hit;
+                    }
+                    return missed();
                 }
-                return missed();
             }
         }
         // Leave the block of bricks that are known to be empty, or this brick alone.
@@ -131,8 +135,27 @@ fn clip_to_box(line: Line, pace: Pace, s_max: f32) -> vec2<f32> {
     return vec2<f32>(s_in, s_out);
 }
 
-// The first entry within one brick, of which s is at or near the ray's entry.
-fn walk_brick(line: Line, pace: Pace, brick: vec3<i32>, s: f32) -> Hit {
+// A ray in a brick. Positions are relative to its corner, t to s.
+struct InBrick {
+    brick: vec3<i32>,
+    // First sample of the brick.
+    corner: vec3<i32>,
+    // Cells along each side.
+    size: vec3<i32>,
+    // Depth behind the base plane where t is 0, mm.
+    s: f32,
+    // Position where t is 0.
+    origin: vec3<f32>,
+    // Where the ray enters and leaves.
+    t: f32,
+    t_out: f32,
+    // Position where it enters; exact on the axis that it enters along.
+    p: vec3<f32>,
+    entry: vec3<bool>,
+}
+
+// Where the ray is within a brick, of which s is at or near its entry; it misses it when t is not below t_out.
+fn enter_brick(line: Line, pace: Pace, brick: vec3<i32>, s: f32) -> InBrick {
     let corner = brick * BRICK;
     let size = min(params.dims - 1 - corner, vec3<i32>(BRICK));
     let origin = relative_to(line_at(line, s), vec3<f32>(corner));
@@ -143,56 +166,19 @@ fn walk_brick(line: Line, pace: Pace, brick: vec3<i32>, s: f32) -> Hit {
     let t_entry = greatest(t_near);
     let from_eye = t_entry <= -s;
     let entry = axis_of(t_near, t_entry) & vec3<bool>(!from_eye);
-    var t = max(-s, t_entry);
-    if t >= least(to_planes(pace, far, origin, FAR)) {
-        return missed();
-    }
-    var p = select(clamp(origin + t * pace.direction, vec3<f32>(0.0), vec3<f32>(size)), near, entry);
-    var cell = vec3<i32>(floor(p));
-    // On a face and moving down, the ray is in the cell below.
-    let below = !pace.forward & pace.moves & (p == vec3<f32>(cell));
-    cell = clamp(cell - select(vec3<i32>(0), vec3<i32>(1), below), vec3<i32>(0), size - 1);
-    let first = cell;
-    loop {
-        let faces = vec3<f32>(cell + select(vec3<i32>(0), vec3<i32>(1), pace.forward));
-        let t_faces = to_planes(pace, faces, origin, FAR);
-        let t_least = least(t_faces);
-        let axis = axis_of(t_faces, t_least);
-        let t_next = max(t_least, t);
-        let local_corner = vec3<f32>(cell);
-        let q = select(clamp(origin + t_next * pace.direction, local_corner, local_corner + 1.0), faces, axis);
-        let lower = corners(corner + cell);
-        let upper = corners(corner + cell + vec3<i32>(0, 0, 1));
-        if any(lower >= vec4<f32>(0.0)) || any(upper >= vec4<f32>(0.0)) {
-            let start = p - local_corner;
-            let end = q - local_corner;
-            let u = first_entry(bernstein(lower, upper, start, end));
-            if u >= 0.0 {
-                var met = MET_ISOSURFACE;
-                if u == 0.0 && all(cell == first) {
-                    met = met_at_entry(brick, pace, entry);
-                }
-                let face = select(vec3<f32>(0.0), -sign(pace.direction), entry);
-                return Hit(s + t + u * (t_next - t), corner + cell, start * (1.0 - u) + end * u, met, face);
-            }
-        }
-        cell = select(cell, cell + select(vec3<i32>(-1), vec3<i32>(1), pace.forward), axis);
-        if any(cell < vec3<i32>(0)) || any(cell >= size) {
-            return missed();
-        }
-        t = t_next;
-        p = q;
-    }
-    return missed();
+    let t = max(-s, t_entry);
+    let t_out = least(to_planes(pace, far, origin, FAR));
+    let p = select(clamp(origin + t * pace.direction, vec3<f32>(0.0), vec3<f32>(size)), near, entry);
+    return InBrick(brick, corner, size, s, origin, t, t_out, p, entry);
 }
 
 // What a ray meets that is inside where it enters a brick.
-fn met_at_entry(brick: vec3<i32>, pace: Pace, entry: vec3<bool>) -> u32 {
-    if !any(entry) {
+fn met_at_entry(pace: Pace, at: InBrick) -> u32 {
+    if !any(at.entry) {
         return MET_EYE;
     }
     let outermost = select(params.bricks - 1, vec3<i32>(0), pace.forward);
-    return select(MET_ISOSURFACE, MET_FACE, any(entry & (brick == outermost)));
+    return select(MET_ISOSURFACE, MET_FACE, any(at.entry & (at.brick == outermost)));
 }
 
 fn relative(at: vec3<i32>) -> f32 {

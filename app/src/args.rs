@@ -1,7 +1,7 @@
 //! The command line: what is agreed in `bregma --help`, parsed.
 
 use crate::input::Source;
-use bregma_renderer::{Color, Mode};
+use bregma_renderer::{Color, Mode, Solver};
 use bregma_volume::formats::RawLayout;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command as ClapCommand, FromArgMatches, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
@@ -126,9 +126,9 @@ pub struct RenderArgs {
     /// Pixels
     #[arg(long, value_name = "WxH", value_parser = size, default_value = "512x512")]
     pub size: (u32, u32),
-    /// How roots are found
-    #[arg(long, value_parser = ["exact"], default_value = "exact")]
-    pub solver: String,
+    /// How roots are found: exact [default], linear, neubauer[:2|3|4], marmitt[:2|3|4], analytic, step:1|0.5|0.25|0.125
+    #[arg(long, value_name = "NAME", value_parser = solver)]
+    pub solver: Option<Solver>,
     /// Opacity of a surface that overlay draws transparent: once for all, or once for each volume
     #[arg(long, value_name = "V", value_parser = number, value_delimiter = ',')]
     pub opacity: Vec<f64>,
@@ -223,6 +223,9 @@ pub struct BenchArgs {
     /// How surfaces are put together
     #[arg(long, value_enum, default_value = "iso")]
     pub mode: ModeName,
+    /// How roots are found: exact, linear, neubauer[:2|3|4], marmitt[:2|3|4], analytic, step:1|0.5|0.25|0.125
+    #[arg(long, value_name = "NAME", value_parser = solver, default_value = "exact")]
+    pub solver: Solver,
     /// Pixels along each side
     #[arg(long, value_name = "N", default_value_t = 512, value_parser = clap::value_parser!(u32).range(1..=16384))]
     pub size: u32,
@@ -357,6 +360,10 @@ fn size(text: &str) -> Result<(u32, u32), String> {
     let parsed = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
     // A picture of 16,384² is 1 GiB of colours and as much of depths.
     parsed.filter(|&(w, h)| (1..=16384).contains(&w) && (1..=16384).contains(&h)).ok_or_else(|| "not a size such as 1920x1080".into())
+}
+
+fn solver(text: &str) -> Result<Solver, String> {
+    text.parse()
 }
 
 fn color(text: &str) -> Result<Color, String> {

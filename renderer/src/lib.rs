@@ -5,12 +5,12 @@
 
 mod camera;
 mod cpu;
-mod cubic;
 mod frame;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod occupancy;
 pub mod reference;
+mod roots;
 mod scene;
 
 pub use camera::{Basis, Bounds, Camera, FOV_DEG, PixelAffine, PixelRays, Projection, Ray};
@@ -18,6 +18,7 @@ pub use cpu::CpuRenderer;
 #[cfg(feature = "gpu")]
 pub use gpu::{GpuError, GpuRenderer};
 pub use occupancy::DistanceMap;
+pub use roots::{PerVoxel, Solver, Steps};
 pub use scene::{BACKGROUND, Color, Layer, Light, Mode, Picture, Scene, Surface};
 
 use bregma_volume::{GridError, Volume};

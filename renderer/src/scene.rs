@@ -1,6 +1,7 @@
 //! What is drawn and how: one plain value that the window, the command line, sessions and tests share.
 
 use crate::camera::Camera;
+use crate::roots::Solver;
 use bregma_volume::{Grid, GridError, Volume};
 use glam::{DAffine3, DVec3, Vec3};
 use serde::{Deserialize, Serialize};
@@ -93,6 +94,9 @@ pub struct Scene {
     pub camera: Camera,
     /// How surfaces are put together.
     pub mode: Mode,
+    /// How roots are found.
+    #[serde(default)]
+    pub solver: Solver,
     /// The light.
     pub light: Light,
     /// Behind everything; `None` is transparent.
@@ -135,7 +139,7 @@ impl Scene {
     pub fn of(volumes: &[Arc<Volume>]) -> Self {
         let layers: Vec<Layer> = volumes.iter().enumerate().map(|(i, v)| Layer::new(v, i, volumes.len())).collect();
         let camera = Camera::orbit(&crate::Bounds::of(volumes.iter().map(|v| v.grid())), 0.0, 0.0);
-        Self { layers, camera, mode: Mode::Iso, light: Light::default(), background: Some(BACKGROUND) }
+        Self { layers, camera, mode: Mode::Iso, solver: Solver::Exact, light: Light::default(), background: Some(BACKGROUND) }
     }
 
     /// The surfaces of the visible layers with their layer numbers.

@@ -18,7 +18,7 @@ struct Record {
     adapter: String,
     threads: usize,
     mode: &'static str,
-    solver: &'static str,
+    solver: bregma_renderer::Solver,
     size: u32,
     frames: u32,
     volumes: Vec<Dims>,
@@ -37,6 +37,7 @@ const ELEVATION_DEG: f64 = 15.0;
 pub fn bench(args: &BenchArgs, backend: Backend) -> Result<(), CommandError> {
     let mut opened = open(&args.sources.0, &args.isovalues)?;
     opened.scene.mode = args.mode.into();
+    opened.scene.solver = args.solver;
     let bounds = opened.bounds();
     let mut renderer = renderer(backend)?;
     let name = renderer.name();
@@ -70,7 +71,7 @@ pub fn bench(args: &BenchArgs, backend: Backend) -> Result<(), CommandError> {
         adapter: name,
         threads: rayon::current_num_threads(),
         mode: if args.mode == ModeName::Overlay { "overlay" } else { "iso" },
-        solver: "exact",
+        solver: args.solver,
         size: args.size,
         frames: args.frames,
         volumes: opened.volumes.iter().map(|v| Dims { dims: v.grid().dims() }).collect(),

@@ -13,6 +13,7 @@ pub fn render(args: &RenderArgs, backend: Backend) -> Result<(), CommandError> {
     set_each(&mut opened.scene.layers, &args.opacity, "--opacity", |layer, v| layer.opacity = *v as f32)?;
     set_each(&mut opened.scene.layers, &args.color, "--color", |layer, c| layer.color = *c)?;
     opened.scene.mode = args.mode.map_or(opened.scene.mode, Into::into);
+    opened.scene.solver = args.solver.unwrap_or(opened.scene.solver);
     opened.scene.background = args.background.map_or(opened.scene.background, |b| b.0);
     if let Some(camera) = camera(&args.camera, &opened) {
         opened.scene.camera = camera;

@@ -1,17 +1,21 @@
 //! The CPU renderer: the same algorithm as the GPU's, on all cores.
 
+mod cells;
 mod shade;
+mod steps;
 mod walk;
 
 use crate::frame::{Frame, FrameLayer};
+use crate::roots::{Analytic, Exact, Linear, Marmitt, Neubauer, PerVoxel, Solver, Steps};
 use crate::scene::{Picture, Scene};
 use crate::{RenderError, Renderer};
-use bregma_volume::{Volume, with_samples};
+use bregma_volume::{Sample, Volume, with_samples};
+use cells::Cells;
 use glam::Vec3;
 use rayon::prelude::*;
 use shade::{Shaded, combine, encode, phong};
 use std::sync::Arc;
-use walk::{Field, Hit, Line, Met};
+use walk::{Field, Hit, Line, Met, WalkBrick};
 
 /// Side of the square tiles that cores take in turn: rays of one tile touch the same bricks, and 256 tiles of a 512² picture
 /// keep all cores busy to the end.
@@ -64,19 +68,7 @@ fn draw_tile(frame: &Frame, scene: &Scene, xs: std::ops::Range<u32>, ys: std::op
             let dims = layer.surface.grid.dims();
             let (level, sign) = (layer.surface.level, layer.surface.sign);
             let field = Field { samples: samples.as_slice(), dims, map: &layer.map, level, sign };
-            for (&(x, y), hits) in pixels.iter().zip(&mut hits) {
-                let line = Line { origin: layer.rays.origin.at(x, y), direction: layer.rays.direction.at(x, y) };
-                // What lies behind an opaque hit is not asked for.
-                let s_max = if frame.only_nearest { hits.first().map_or(frame.s_max, |h| h.s) } else { frame.s_max };
-                if let Some(hit) = field.first_hit(&line, s_max) {
-                    let view = frame.world_rays.direction.at(x, y).normalize().as_vec3();
-                    let normal = normal(&field, layer, &hit, view);
-                    let color = phong(&scene.light, layer.color, normal, view, frame.toward_light);
-                    let shaded = Shaded { s: hit.s, layer: layer.index, color, opacity: layer.opacity };
-                    if frame.only_nearest { hits.clear(); }
-                    hits.push(shaded);
-                }
-            }
+            trace_with(scene.solver)(&field, frame, scene, layer, &pixels, &mut hits);
         });
     }
     let finish = |(&(x, y), hits): (&(u32, u32), &Vec<Shaded>)| {
@@ -87,8 +79,54 @@ fn draw_tile(frame: &Frame, scene: &Scene, xs: std::ops::Range<u32>, ys: std::op
     pixels.iter().zip(&hits).map(finish).collect()
 }
 
+/// One pass of one volume over the pixels of a tile.
+type Trace<T> = fn(&Field<'_, T>, &Frame, &Scene, &FrameLayer, &[(u32, u32)], &mut [Vec<Shaded>]);
+
+/// The pass that is compiled for `solver`.
+fn trace_with<T: Sample>(solver: Solver) -> Trace<T> {
+    match solver {
+        Solver::Exact => trace::<T, Cells<Exact>>,
+        Solver::Linear => trace::<T, Cells<Linear>>,
+        Solver::Neubauer(Steps::Two) => trace::<T, Cells<Neubauer<2>>>,
+        Solver::Neubauer(Steps::Three) => trace::<T, Cells<Neubauer<3>>>,
+        Solver::Neubauer(Steps::Four) => trace::<T, Cells<Neubauer<4>>>,
+        Solver::Marmitt(Steps::Two) => trace::<T, Cells<Marmitt<2>>>,
+        Solver::Marmitt(Steps::Three) => trace::<T, Cells<Marmitt<3>>>,
+        Solver::Marmitt(Steps::Four) => trace::<T, Cells<Marmitt<4>>>,
+        Solver::Analytic => trace::<T, Cells<Analytic>>,
+        Solver::Step(PerVoxel::One) => trace::<T, steps::Steps<1>>,
+        Solver::Step(PerVoxel::Two) => trace::<T, steps::Steps<2>>,
+        Solver::Step(PerVoxel::Four) => trace::<T, steps::Steps<4>>,
+        Solver::Step(PerVoxel::Eight) => trace::<T, steps::Steps<8>>,
+    }
+}
+
+fn trace<T: Sample, W: WalkBrick>(
+    field: &Field<'_, T>,
+    frame: &Frame,
+    scene: &Scene,
+    layer: &FrameLayer,
+    pixels: &[(u32, u32)],
+    hits: &mut [Vec<Shaded>],
+) {
+    for (&(x, y), hits) in pixels.iter().zip(hits) {
+        let line = Line { origin: layer.rays.origin.at(x, y), direction: layer.rays.direction.at(x, y) };
+        // What lies behind an opaque hit is not asked for.
+        let s_max = if frame.only_nearest { hits.first().map_or(frame.s_max, |h| h.s) } else { frame.s_max };
+        if let Some(hit) = field.first_hit::<W>(&line, s_max) {
+            let view = frame.world_rays.direction.at(x, y).normalize().as_vec3();
+            let normal = normal(field, layer, &hit, view);
+            let color = phong(&scene.light, layer.color, normal, view, frame.toward_light);
+            if frame.only_nearest {
+                hits.clear();
+            }
+            hits.push(Shaded { s: hit.s, layer: layer.index, color, opacity: layer.opacity });
+        }
+    }
+}
+
 /// Outward normal in the world, unit.
-fn normal<T: bregma_volume::Sample>(field: &Field<'_, T>, layer: &FrameLayer, hit: &Hit, view: Vec3) -> Vec3 {
+fn normal<T: Sample>(field: &Field<'_, T>, layer: &FrameLayer, hit: &Hit, view: Vec3) -> Vec3 {
     let index = match hit.met {
         Met::Isosurface => -field.smooth_gradient(hit.cell, hit.local),
         Met::Face(normal) => normal,

@@ -1,10 +1,10 @@
-//! Following a ray to its first hit: leaps between range bricks, then cell by cell within a brick that may hold the surface.
+//! Following a ray to its first hit: leaps between range bricks, until one may hold the surface; what is done there is
+//! `cells.rs` or `steps.rs`.
 //!
 //! The twin of `shaders/walk.wgsl`. There, where no float64 exists, a line is a pair of float32 numbers; here it is float64.
 //! In both, positions become float32 only relative to a brick's corner, where they are good to a millionth of a voxel:
 //! a float32 position across a whole scan is not, and at grazing incidence a small error sideways is a large one in depth.
 
-use crate::cubic::{bernstein, first_entry, inside};
 use crate::occupancy::DistanceMap;
 use bregma_volume::{BRICK, Sample};
 use glam::{DVec3, IVec3, Vec3};
@@ -59,13 +59,13 @@ pub(crate) struct Field<'a, T> {
 /// moves a ray by less than 1e-8 voxel, far below what a float32 position resolves.
 const STILL: f32 = 1e-12;
 /// Farther than any scene, and finite: shaders may not rely on infinities.
-const FAR: f32 = 1e30;
+pub(super) const FAR: f32 = 1e30;
 
 /// A direction with what stepping along it needs.
-struct Pace {
-    direction: Vec3,
+pub(crate) struct Pace {
+    pub direction: Vec3,
     inverse: Vec3,
-    moves: [bool; 3],
+    pub moves: [bool; 3],
 }
 
 impl Pace {
@@ -76,18 +76,43 @@ impl Pace {
     }
 
     /// Distance from `p` to the coordinate `plane` along axis `a`; `other` when it is never reached.
-    fn to_plane(&self, a: usize, plane: f32, p: Vec3, other: f32) -> f32 {
+    pub fn to_plane(&self, a: usize, plane: f32, p: Vec3, other: f32) -> f32 {
         if self.moves[a] { (plane - p[a]) * self.inverse[a] } else { other }
     }
 
-    fn forward(&self, a: usize) -> bool {
+    pub fn forward(&self, a: usize) -> bool {
         self.direction[a] > 0.0
     }
 }
 
+/// A way to follow a ray through a brick that may hold the surface.
+pub(crate) trait WalkBrick {
+    /// The first entry into the bone within the brick.
+    fn walk<T: Sample>(field: &Field<'_, T>, pace: &Pace, at: &InBrick) -> Option<Hit>;
+}
+
+/// A ray in a brick. Positions are relative to its corner, t to s.
+pub(crate) struct InBrick {
+    pub brick: IVec3,
+    /// First sample of the brick.
+    pub corner: IVec3,
+    /// Cells along each side.
+    pub size: IVec3,
+    /// Depth behind the base plane where t is 0, mm.
+    pub s: f32,
+    /// Position where t is 0.
+    pub origin: Vec3,
+    /// Where the ray enters and leaves.
+    pub t: f32,
+    pub t_out: f32,
+    /// Position where it enters; exact on the axis that it enters along.
+    pub p: Vec3,
+    pub entry: Option<usize>,
+}
+
 impl<T: Sample> Field<'_, T> {
     /// The first entry into the bone along `line` for 0 ≤ s ≤ `s_max`, or at s = 0 or the box's face where that is inside.
-    pub fn first_hit(&self, line: &Line, s_max: f32) -> Option<Hit> {
+    pub fn first_hit<W: WalkBrick>(&self, line: &Line, s_max: f32) -> Option<Hit> {
         let pace = Pace::new(line.direction.as_vec3());
         let bricks = IVec3::from_array(self.map.dims().map(|n| n as i32));
         if bricks.min_element() == 0 {
@@ -99,7 +124,8 @@ impl<T: Sample> Field<'_, T> {
             let [bx, by, _] = self.map.dims();
             let distance = self.map.distances()[(brick.z as usize * by + brick.y as usize) * bx + brick.x as usize];
             if distance == 0
-                && let Some(hit) = self.walk_brick(line, &pace, brick, s)
+                && let Some(at) = self.enter_brick(line, &pace, brick, s)
+                && let Some(hit) = W::walk(self, &pace, &at)
             {
                 return (hit.s <= s_max).then_some(hit);
             }
@@ -150,8 +176,8 @@ impl<T: Sample> Field<'_, T> {
         (s_in <= s_out).then_some((s_in, s_out))
     }
 
-    /// The first entry within one brick, of which `s` is at or near the ray's entry.
-    fn walk_brick(&self, line: &Line, pace: &Pace, brick: IVec3, s: f32) -> Option<Hit> {
+    /// Where the ray is within a brick, of which `s` is at or near its entry; `None` when it misses it.
+    fn enter_brick(&self, line: &Line, pace: &Pace, brick: IVec3, s: f32) -> Option<InBrick> {
         let corner = brick * BRICK as i32;
         let cells = IVec3::from_array(self.dims.map(|n| n as i32 - 1));
         let size = (cells - corner).min(IVec3::splat(BRICK as i32));
@@ -166,59 +192,23 @@ impl<T: Sample> Field<'_, T> {
             }
             t_out = t_out.min(t_far);
         }
-        if t >= t_out {
-            return None;
-        }
         let mut p = (origin + t * pace.direction).clamp(Vec3::ZERO, size.as_vec3());
         if let Some(a) = entry {
             p[a] = if pace.forward(a) { 0.0 } else { size[a] as f32 };
         }
-        let mut cell = p.floor().as_ivec3();
-        for a in 0..3 {
-            // On a face and moving down, the ray is in the cell below.
-            let below = i32::from(!pace.forward(a) && pace.moves[a] && p[a] == cell[a] as f32);
-            cell[a] = (cell[a] - below).clamp(0, size[a] - 1);
-        }
-        let first = cell;
-        loop {
-            let (mut t_next, mut axis) = (FAR, 0);
-            for a in 0..3 {
-                let face = cell[a] + i32::from(pace.forward(a));
-                let t_face = pace.to_plane(a, face as f32, origin, FAR);
-                if t_face < t_next {
-                    (t_next, axis) = (t_face, a);
-                }
-            }
-            t_next = t_next.max(t);
-            let face = cell[axis] + i32::from(pace.forward(axis));
-            let mut q = (origin + t_next * pace.direction).clamp(cell.as_vec3(), (cell + 1).as_vec3());
-            q[axis] = face as f32;
-            let f = self.corners(corner + cell);
-            if f.iter().any(|&v| inside(v)) {
-                let (from, to) = (p - cell.as_vec3(), q - cell.as_vec3());
-                if let Some(u) = first_entry(&bernstein(&f, from, to)) {
-                    let met = if u == 0.0 && cell == first { self.met_at_entry(brick, pace, entry) } else { Met::Isosurface };
-                    return Some(Hit { s: s + t + u * (t_next - t), cell: corner + cell, local: from.lerp(to, u), met });
-                }
-            }
-            cell[axis] += if pace.forward(axis) { 1 } else { -1 };
-            if cell[axis] < 0 || cell[axis] >= size[axis] {
-                return None;
-            }
-            (t, p) = (t_next, q);
-        }
+        (t < t_out).then_some(InBrick { brick, corner, size, s, origin, t, t_out, p, entry })
     }
 
     /// What a ray meets that is inside where it enters a brick: the box's face, the eye's position, or (within rounding of a
     /// face between two bricks) the isosurface.
-    fn met_at_entry(&self, brick: IVec3, pace: &Pace, entry: Option<usize>) -> Met {
-        let Some(a) = entry else { return Met::Eye };
+    pub fn met_at_entry(&self, pace: &Pace, at: &InBrick) -> Met {
+        let Some(a) = at.entry else { return Met::Eye };
         let outermost = if pace.forward(a) { 0 } else { self.map.dims()[a] as i32 - 1 };
-        if brick[a] == outermost { Met::Face(Vec3::AXES[a] * -pace.direction[a].signum()) } else { Met::Isosurface }
+        if at.brick[a] == outermost { Met::Face(Vec3::AXES[a] * -pace.direction[a].signum()) } else { Met::Isosurface }
     }
 
     /// Corner values of a cell relative to the level, positive inside; corner x + 2y + 4z is at (x, y, z).
-    fn corners(&self, cell: IVec3) -> [f32; 8] {
+    pub fn corners(&self, cell: IVec3) -> [f32; 8] {
         let [nx, ny, _] = self.dims;
         let base = (cell.z as usize * ny + cell.y as usize) * nx + cell.x as usize;
         let pair = |row: usize| [self.relative(row), self.relative(row + 1)];

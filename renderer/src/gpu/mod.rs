@@ -13,6 +13,7 @@ use pipelines::{Pipelines, Target};
 
 use crate::frame::{Frame, MapCache};
 use crate::occupancy::DistanceMap;
+use crate::roots::{PerVoxel, Solver, Steps};
 use crate::scene::{Mode, Picture, Scene};
 use crate::{RenderError, Renderer};
 use bregma_volume::Volume;
@@ -23,16 +24,35 @@ const TILE: u32 = 256;
 /// Tiles in one submission: about 0.2 s of a software driver, a few ms of a graphics card.
 const TILES_PER_SUBMISSION: usize = 8;
 
-/// The WGSL of the pass over a volume whose texture has components of type `sample`.
-fn trace_source(sample: &str) -> String {
-    let walk = include_str!("../../../shaders/walk.wgsl").replace("SAMPLE", sample);
-    [
-        include_str!("../../../shaders/line.wgsl"),
-        include_str!("../../../shaders/cubic.wgsl"),
-        &walk,
-        include_str!("../../../shaders/trace.wgsl"),
-    ]
-    .join("\n")
+/// The WGSL of the pass over a volume whose texture has components of type `component`, with one solver compiled in.
+fn trace_source(component: &str, solver: Solver) -> String {
+    macro_rules! wgsl {
+        ($name:literal) => {
+            include_str!(concat!("../../../shaders/", $name, ".wgsl"))
+        };
+    }
+    let count = |steps: Steps| match steps {
+        Steps::Two => "2u",
+        Steps::Three => "3u",
+        Steps::Four => "4u",
+    };
+    let per_voxel = |steps: PerVoxel| match steps {
+        PerVoxel::One => "1.0",
+        PerVoxel::Two => "2.0",
+        PerVoxel::Four => "4.0",
+        PerVoxel::Eight => "8.0",
+    };
+    let in_cells = |solver: &str| [wgsl!("cells"), solver].join("\n");
+    let in_brick = match solver {
+        Solver::Exact => in_cells(wgsl!("exact")),
+        Solver::Linear => in_cells(wgsl!("linear")),
+        Solver::Neubauer(steps) => in_cells(&wgsl!("neubauer").replace("STEP_COUNT", count(steps))),
+        Solver::Marmitt(steps) => in_cells(&wgsl!("marmitt").replace("STEP_COUNT", count(steps))),
+        Solver::Analytic => in_cells(wgsl!("analytic")),
+        Solver::Step(steps) => wgsl!("steps").replace("PER_VOXEL", per_voxel(steps)),
+    };
+    let walk = wgsl!("walk").replace("SAMPLE", component);
+    [wgsl!("line"), wgsl!("interpolant"), wgsl!("bernstein"), &in_brick, &walk, wgsl!("trace")].join("\n")
 }
 
 /// The WGSL of the shading pass.
@@ -137,7 +157,7 @@ impl GpuRenderer {
             .iter()
             .map(|l| ShadeLayer { color: l.color.extend(l.opacity).to_array(), id: l.index as u32 + 1, padding: [0; 3] })
             .collect();
-        self.pipelines.run(&self.gpu, &volumes, &trace, &shade, &colors, &target, &tiles);
+        self.pipelines.run(&self.gpu, scene.solver, &volumes, &trace, &shade, &colors, &target, &tiles);
         let picture = target.read(&self.gpu, frame)?;
         self.target = Some(target);
         Ok(picture)

@@ -4,18 +4,20 @@ use super::device::{Gpu, GpuError};
 use super::layout::{ShadeLayer, ShadeParams, TraceParams};
 use super::{SHADE, TILE, TILES_PER_SUBMISSION, trace_source};
 use crate::frame::Frame;
+use crate::roots::Solver;
 use crate::scene::Picture;
 use wgpu::{BindGroupEntry, BindGroupLayoutEntry, BindingType, BufferBindingType, BufferUsages, TextureFormat, TextureSampleType};
 
-/// A pass over volumes of one texture type.
+/// A pass over volumes of one component type, with one solver.
 #[derive(Debug)]
 struct Trace {
-    sample: &'static str,
+    component: &'static str,
+    solver: Solver,
     layout: wgpu::BindGroupLayout,
     pipeline: wgpu::ComputePipeline,
 }
 
-/// All pipelines, compiled once.
+/// All pipelines, each compiled when it is first used.
 #[derive(Debug)]
 pub(super) struct Pipelines {
     trace: Vec<Trace>,
@@ -65,18 +67,6 @@ fn compile(gpu: &Gpu, name: &str, source: &str, entries: &[BindGroupLayoutEntry]
 
 impl Pipelines {
     pub fn new(gpu: &Gpu) -> Self {
-        let types =
-            [("u32", TextureSampleType::Uint), ("i32", TextureSampleType::Sint), ("f32", TextureSampleType::Float { filterable: false })];
-        let trace = types.map(|(sample, sample_type)| {
-            let entries = [
-                entry(0, buffer(BufferBindingType::Uniform, true)),
-                entry(1, volume_texture(sample_type)),
-                entry(2, volume_texture(TextureSampleType::Uint)),
-                entry(3, buffer(BufferBindingType::Storage { read_only: false }, false)),
-            ];
-            let (layout, pipeline) = compile(gpu, "trace", &trace_source(sample), &entries);
-            Trace { sample, layout, pipeline }
-        });
         let entries = [
             entry(0, buffer(BufferBindingType::Uniform, true)),
             entry(1, buffer(BufferBindingType::Storage { read_only: true }, false)),
@@ -86,15 +76,37 @@ impl Pipelines {
             entry(5, picture_texture(ID)),
         ];
         let (shade_layout, shade) = compile(gpu, "shade", SHADE, &entries);
-        Self { trace: trace.into(), shade_layout, shade }
+        Self { trace: vec![], shade_layout, shade }
+    }
+
+    /// Compiles the pass for `component` and `solver`, if it is not yet; its number.
+    fn trace(&mut self, gpu: &Gpu, component: &'static str, solver: Solver) -> usize {
+        if let Some(known) = self.trace.iter().position(|t| t.component == component && t.solver == solver) {
+            return known;
+        }
+        let sample_type = match component {
+            "u32" => TextureSampleType::Uint,
+            "i32" => TextureSampleType::Sint,
+            _ => TextureSampleType::Float { filterable: false },
+        };
+        let entries = [
+            entry(0, buffer(BufferBindingType::Uniform, true)),
+            entry(1, volume_texture(sample_type)),
+            entry(2, volume_texture(TextureSampleType::Uint)),
+            entry(3, buffer(BufferBindingType::Storage { read_only: false }, false)),
+        ];
+        let (layout, pipeline) = compile(gpu, "trace", &trace_source(component, solver), &entries);
+        self.trace.push(Trace { component, solver, layout, pipeline });
+        self.trace.len() - 1
     }
 
     /// Runs all passes over all tiles. `trace` holds, tile by tile, one entry for each of `volumes` (samples, map, component type).
     #[expect(clippy::too_many_arguments, reason = "each is a different part of one picture")]
     pub fn run(
-        &self,
+        &mut self,
         gpu: &Gpu,
-        volumes: &[(wgpu::Texture, wgpu::Texture, &str)],
+        solver: Solver,
+        volumes: &[(wgpu::Texture, wgpu::Texture, &'static str)],
         trace: &[TraceParams],
         shade: &[ShadeParams],
         colors: &[ShadeLayer],
@@ -118,10 +130,12 @@ impl Pipelines {
             let size = std::num::NonZeroU64::new(size as u64);
             wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset: 0, size })
         };
+        let numbers: Vec<usize> = volumes.iter().map(|(.., component)| self.trace(gpu, component, solver)).collect();
         let passes: Vec<(&Trace, wgpu::BindGroup)> = volumes
             .iter()
-            .map(|(samples, map, component)| {
-                let trace = self.trace.iter().find(|t| t.sample == *component).expect("there is a pipeline for each component type");
+            .zip(numbers)
+            .map(|((samples, map, _), number)| {
+                let trace = &self.trace[number];
                 let (samples, map) = (view(samples), view(map));
                 let entries = [
                     BindGroupEntry { binding: 0, resource: one(&trace_buffer, size_of::<TraceParams>()) },

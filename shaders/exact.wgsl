@@ -1,43 +1,5 @@
 // The solver `exact`: where a ray first crosses the isosurface within one cell.
-// The twin of renderer/src/cubic.rs, which says why each step is as it is.
-
-// Inside bone: ties included, everywhere.
-fn inside(v: f32) -> bool {
-    return v >= 0.0;
-}
-
-// a at w = 0 to b at w = 1; keeps the sign that a and b share, which the builtin mix need not.
-fn blend(a: f32, b: f32, w: f32) -> f32 {
-    return a * (1.0 - w) + b * w;
-}
-
-// Bernstein coefficients over the segment p → q of the trilinear interpolant; corner x + 2y + 4z is at (x, y, z):
-// lower holds the corners with z = 0, upper those with z = 1.
-fn bernstein(lower: vec4<f32>, upper: vec4<f32>, p: vec3<f32>, q: vec3<f32>) -> vec4<f32> {
-    // px_y0z0 reads: x at p, on the edge y = 0, z = 0.
-    let px_y0z0 = blend(lower.x, lower.y, p.x);
-    let px_y1z0 = blend(lower.z, lower.w, p.x);
-    let px_y0z1 = blend(upper.x, upper.y, p.x);
-    let px_y1z1 = blend(upper.z, upper.w, p.x);
-    let qx_y0z0 = blend(lower.x, lower.y, q.x);
-    let qx_y1z0 = blend(lower.z, lower.w, q.x);
-    let qx_y0z1 = blend(upper.x, upper.y, q.x);
-    let qx_y1z1 = blend(upper.z, upper.w, q.x);
-    let pp_z0 = blend(px_y0z0, px_y1z0, p.y);
-    let pp_z1 = blend(px_y0z1, px_y1z1, p.y);
-    let pq_z0 = blend(px_y0z0, px_y1z0, q.y);
-    let pq_z1 = blend(px_y0z1, px_y1z1, q.y);
-    let qp_z0 = blend(qx_y0z0, qx_y1z0, p.y);
-    let qp_z1 = blend(qx_y0z1, qx_y1z1, p.y);
-    let qq_z0 = blend(qx_y0z0, qx_y1z0, q.y);
-    let qq_z1 = blend(qx_y0z1, qx_y1z1, q.y);
-    return vec4<f32>(
-        blend(pp_z0, pp_z1, p.z),
-        (blend(qp_z0, qp_z1, p.z) + blend(pq_z0, pq_z1, p.z) + blend(pp_z0, pp_z1, q.z)) / 3.0,
-        (blend(qq_z0, qq_z1, p.z) + blend(qp_z0, qp_z1, q.z) + blend(pq_z0, pq_z1, q.z)) / 3.0,
-        blend(qq_z0, qq_z1, q.z),
-    );
-}
+// The twin of renderer/src/roots/exact.rs, which says why each step is as it is.
 
 // The cubic at u. Called `cubic_value` and `cubic_slope` here, as WGSL has no modules.
 fn cubic_value(b: vec4<f32>, u: f32) -> f32 {
@@ -115,7 +77,8 @@ fn refine(b: vec4<f32>, first_low: f32, first_high: f32) -> f32 {
 }
 
 // The first u in [0, 1] where the cubic enters the inside; negative when it stays outside.
-fn first_entry(b: vec4<f32>) -> f32 {
+fn first_entry(lower: vec4<f32>, upper: vec4<f32>, p: vec3<f32>, q: vec3<f32>) -> f32 {
+    let b = bernstein(lower, upper, p, q);
     if inside(b.x) {
         return 0.0;
     }

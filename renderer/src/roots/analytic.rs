@@ -1,0 +1,70 @@
+//! The solver `analytic`: a closed form for the cubic's roots, the one of Blinn ("How to solve a cubic equation, part 5", IEEE CG&A
+//! 27(3), 2007), which is homogeneous and so needs no leading coefficient: taken over the Bernstein form, u : 1 − u are its two unknowns.
+//!
+//! The twin of `shaders/analytic.wgsl`.
+
+use super::FirstEntry;
+use super::bernstein::bernstein;
+use super::inside;
+use glam::{Vec2, Vec3};
+
+pub(crate) struct Analytic;
+
+impl FirstEntry for Analytic {
+    fn first_entry(f: &[f32; 8], p: Vec3, q: Vec3) -> Option<f32> {
+        let b = bernstein(f, p, q);
+        if inside(b[0]) {
+            return Some(0.0);
+        }
+        if !b.iter().any(|&c| inside(c)) {
+            return None;
+        }
+        let u = roots(b).into_iter().map(parameter).fold(NONE, f32::min);
+        (u <= 1.0).then_some(u)
+    }
+}
+
+/// Larger than any parameter of the segment.
+const NONE: f32 = 2.0;
+
+/// u of the root x : w, where it lies in the segment.
+fn parameter(root: Vec2) -> f32 {
+    let sum = root.x + root.y;
+    if root.x * root.y >= 0.0 && sum != 0.0 { root.x / sum } else { NONE }
+}
+
+/// The real roots x : w of A·x³ + 3B·x²w + 3C·xw² + D·w³; unused places hold a root outside every segment.
+fn roots([d, c, b, a]: [f32; 4]) -> [Vec2; 3] {
+    let outside = Vec2::new(1.0, -1.0);
+    let (d1, d2, d3) = (a * c - b * b, a * d - b * c, b * d - c * c);
+    let discriminant = 4.0 * d1 * d3 - d2 * d2;
+    if discriminant <= 0.0 {
+        let from_a = b * b * b * d >= a * c * c * c;
+        let (lead, c_bar, d_bar) = if from_a { (a, d1, -2.0 * b * d1 + a * d2) } else { (d, d3, -d * d2 + 2.0 * c * d3) };
+        let t0 = -d_bar.signum() * lead.abs() * (-discriminant).sqrt();
+        let t1 = t0 - d_bar;
+        let p = cube_root(0.5 * t1);
+        let q = if t1 == t0 || p == 0.0 { -p } else { -c_bar / p };
+        let divisor = p * p + q * q + c_bar;
+        let x = if c_bar <= 0.0 || divisor == 0.0 { p + q } else { -d_bar / divisor };
+        return [if from_a { Vec2::new(x - b, a) } else { Vec2::new(-d, x + c) }, outside, outside];
+    }
+    let root = discriminant.sqrt();
+    // The largest and the smallest root, each from the end of the polynomial where it is well determined.
+    let depressed = |lead: f32, c_bar: f32, d_bar: f32| {
+        let angle = (lead * root).atan2(-d_bar).abs() / 3.0;
+        let size = 2.0 * (-c_bar).max(0.0).sqrt();
+        (size * angle.cos(), size * (-0.5 * angle.cos() - 0.5 * 3.0_f32.sqrt() * angle.sin()))
+    };
+    let (x1, x3) = depressed(a, d1, -2.0 * b * d1 + a * d2);
+    let large = Vec2::new(if x1 + x3 > 2.0 * b { x1 } else { x3 } - b, a);
+    let (x1, x3) = depressed(d, d3, -d * d2 + 2.0 * c * d3);
+    let small = Vec2::new(-d, if x1 + x3 < 2.0 * c { x1 } else { x3 } + c);
+    let (e, f, g) = (large.y * small.y, -large.x * small.y - large.y * small.x, large.x * small.x);
+    [large, small, Vec2::new(c * f - b * g, c * e - b * f)]
+}
+
+/// With the power function that shaders have.
+fn cube_root(v: f32) -> f32 {
+    v.signum() * v.abs().powf(1.0 / 3.0)
+}
