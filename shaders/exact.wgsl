@@ -23,9 +23,14 @@ fn ratio(n: f32, d: f32) -> f32 {
 
 // Where the derivative vanishes, ascending; 1 stands for none.
 fn turning_points(b: vec4<f32>) -> vec2<f32> {
-    let q0 = b.y - b.x;
-    let q1 = b.z - b.y;
-    let q2 = b.w - b.z;
+    let differences = b.yzw - b.xyz;
+    let largest = max(abs(differences.x), max(abs(differences.y), abs(differences.z)));
+    if largest == 0.0 {
+        return vec2<f32>(1.0, 1.0);
+    }
+    let q0 = differences.x / largest;
+    let q1 = differences.y / largest;
+    let q2 = differences.z / largest;
     let a = q0 - 2.0 * q1 + q2;
     let w = q0 - q1;
     let discriminant = q1 * q1 - q0 * q2;

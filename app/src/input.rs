@@ -46,6 +46,8 @@ pub struct Opened {
     pub volumes: Vec<Arc<Volume>>,
     /// One layer for each of them.
     pub scene: Scene,
+    /// The view is a session's, not the one that scans open with.
+    pub from_session: bool,
 }
 
 /// Why nothing was opened. Each sentence names the file.
@@ -65,10 +67,16 @@ pub enum InputError {
         /// What is wrong with it.
         reason: String,
     },
+    /// More scans than a picture can number.
+    #[error("{0} scans are named; at most {MOST_VOLUMES} can be opened together")]
+    TooMany(usize),
     /// Stopped by request.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
 }
+
+/// Volumes are numbered by a byte in pictures, 0 standing for none.
+const MOST_VOLUMES: usize = 255;
 
 /// Samples along the longest side of the built-in pair.
 pub const DEMO_SIZE: usize = 256;
@@ -77,7 +85,7 @@ impl Opened {
     /// `volumes` in the scene that they open with.
     pub fn new(sources: Vec<Source>, volumes: Vec<Arc<Volume>>) -> Self {
         let scene = Scene::of(&volumes);
-        Self { sources, volumes, scene }
+        Self { sources, volumes, scene, from_session: false }
     }
 
     /// The built-in demo pair.
@@ -87,23 +95,37 @@ impl Opened {
         Ok(Self::new(vec![], vec![a?, b?]))
     }
 
-    /// Reads scans, each with its registration, or one session.
+    /// Reads scans, each with its registration, and sessions with theirs. The view is that of a session that is alone.
     pub fn read(sources: &[Source], progress: &Progress) -> Result<Self, InputError> {
-        if let [only] = sources
-            && let Some(session) = Session::read(&only.file)?
-        {
-            let volumes = read_volumes(&session.volumes, progress)?;
-            return Ok(Self { sources: session.volumes, volumes, scene: session.scene });
+        let mut expanded = Vec::new();
+        let mut sessions = Vec::new();
+        for source in sources {
+            match Session::read(source)? {
+                None => expanded.push((source.clone(), None)),
+                Some(session) => {
+                    expanded.extend(session.volumes.iter().cloned().zip(session.scene.layers.iter().cloned().map(Some)));
+                    sessions.push(session);
+                }
+            }
         }
-        let volumes = read_volumes(sources, progress)?;
-        let mut opened = Self::new(sources.to_vec(), volumes);
-        for (n, source) in sources.iter().enumerate() {
-            if let Some(file) = &source.transform {
+        if expanded.len() > MOST_VOLUMES {
+            return Err(InputError::TooMany(expanded.len()));
+        }
+        let (sources, layers): (Vec<Source>, Vec<Option<Layer>>) = expanded.into_iter().unzip();
+        let volumes = read_volumes(&sources, progress)?;
+        let mut opened = Self::new(sources, volumes);
+        for (n, layer) in layers.into_iter().enumerate() {
+            if let Some(layer) = layer {
+                opened.scene.layers[n] = layer;
+            } else if let Some(file) = &opened.sources[n].transform {
                 let names = opened.volumes.iter().enumerate().filter(|(m, _)| *m != n).map(|(_, v)| v.name());
                 opened.scene.layers[n].transform = read_transform(file, opened.volumes[n].name(), &names.collect::<Vec<_>>())?;
             }
         }
-        opened.look_from_the_front();
+        match sessions.pop() {
+            Some(only) if only.volumes.len() == opened.volumes.len() => (opened.scene, opened.from_session) = (only.scene, true),
+            _ => opened.look_from_the_front(),
+        }
         Ok(opened)
     }
 
@@ -131,9 +153,10 @@ impl Opened {
     /// What people should know about the scans and their isovalues before they trust a picture or a number.
     pub fn warnings(&self) -> Vec<String> {
         let of_files = self.volumes.iter().flat_map(|v| v.warnings().iter().map(move |w| format!("{}: {w}", v.name())));
-        let outside = self.volumes.iter().zip(&self.scene.layers).filter_map(|(v, layer)| {
+        let outside = self.volumes.iter().zip(&self.scene.layers).filter(|(_, layer)| layer.visible).filter_map(|(v, layer)| {
             let [low, high] = v.range();
-            let text = format!("{}: the isovalue {} lies outside its range, {low} to {high}: nothing of it is drawn", v.name(), layer.iso);
+            let what = if layer.iso < low { "all of its box is bone" } else { "nothing of it is" };
+            let text = format!("{}: the isovalue {} lies outside its range, {low} to {high}: {what}", v.name(), layer.iso);
             (!(low..=high).contains(&layer.iso)).then_some(text)
         });
         of_files.chain(outside).collect()
@@ -142,9 +165,8 @@ impl Opened {
 
 fn read_volumes(sources: &[Source], progress: &Progress) -> Result<Vec<Arc<Volume>>, InputError> {
     let read = |source: &Source| {
-        let raw = source.raw.as_ref().map(|text| text.parse()).transpose();
-        let raw = raw
-            .map_err(|e: formats::RawLayoutError| InputError::Session { file: source.file.display().to_string(), reason: e.to_string() })?;
+        // `--raw` and sessions were checked when they were read.
+        let raw = source.raw.as_ref().and_then(|text| text.parse().ok());
         let hints = Hints { spacing_mm: source.spacing_mm, raw };
         Ok(Arc::new(formats::open(&source.file, &hints, progress)?))
     };
@@ -155,22 +177,38 @@ fn read_volumes(sources: &[Source], progress: &Progress) -> Result<Vec<Arc<Volum
 const SESSION_BYTES: u64 = 64 << 20;
 
 impl Session {
-    /// The session in `file`; `None` when it is something else.
-    fn read(file: &Path) -> Result<Option<Self>, InputError> {
+    /// The session in a source; `None` when it is something else.
+    fn read(source: &Source) -> Result<Option<Self>, InputError> {
+        let file = source.file.as_path();
         let small = std::fs::metadata(file).is_ok_and(|m| m.is_file() && m.len() <= SESSION_BYTES);
         let is_json = file.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
-        let Some(text) = (small && is_json).then(|| std::fs::read_to_string(file).ok()).flatten() else { return Ok(None) };
+        if !(small && is_json) || source.raw.is_some() {
+            return Ok(None);
+        }
         let fail = |reason: String| InputError::Session { file: file.display().to_string(), reason };
+        let text = std::fs::read_to_string(file).map_err(|e| fail(e.to_string()))?;
         let mut session: Self = serde_json::from_str(&text).map_err(|e| fail(e.to_string()))?;
         if session.bregma_session != 1 {
             return Err(fail(format!("its version is {}", session.bregma_session)));
         }
+        if session.volumes.is_empty() {
+            return Err(fail("it holds no scans".into()));
+        }
         if session.volumes.len() != session.scene.layers.len() {
             return Err(fail(format!("it has {} volumes but {} layers", session.volumes.len(), session.scene.layers.len())));
         }
+        if source.transform.is_some() || source.spacing_mm.is_some() {
+            return Err(fail("a session has transforms and spacings of its own: --transform and --spacing are for scans".into()));
+        }
+        if session.scene.layers.iter().any(|l| !l.transform.is_finite() || l.transform.matrix3.determinant() == 0.0) {
+            return Err(fail("one of its transforms cannot be inverted".into()));
+        }
         let folder = file.parent().unwrap_or(Path::new(""));
-        for source in &mut session.volumes {
-            source.file = folder.join(&source.file);
+        for volume in &mut session.volumes {
+            if let Some(Err(e)) = volume.raw.as_ref().map(|text| text.parse::<formats::RawLayout>()) {
+                return Err(fail(e.to_string()));
+            }
+            volume.file = folder.join(&volume.file);
         }
         Ok(Some(session))
     }

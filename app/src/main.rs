@@ -1,7 +1,7 @@
 //! The program: the window, or one command of the command line.
 
 use bregma::args::{Cli, Command, Common};
-use bregma::commands::{self, CommandError};
+use bregma::commands::{self, CommandError, tell};
 use bregma::window::{self, Start};
 use clap::Parser;
 use std::path::Path;
@@ -12,6 +12,9 @@ fn main() -> ExitCode {
     if let Some(threads) = cli.common.threads {
         // Fails only if the pool already runs, and nothing has used it yet.
         drop(rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global());
+    }
+    if cli.command.is_some() && !cli.sources.0.is_empty() {
+        return status(Err(CommandError::Usage("scans are named before the command; name them after it".into())));
     }
     let done = match &cli.command {
         Some(Command::Demo(args)) => commands::demo(args, cli.common.backend),
@@ -27,13 +30,9 @@ fn main() -> ExitCode {
 fn status(done: Result<(), CommandError>) -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
-        Err(CommandError::Usage(text)) => {
-            eprintln!("error: {text}");
-            ExitCode::from(2)
-        }
         Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::FAILURE
+            tell("error", &error);
+            if matches!(error, CommandError::Usage(_)) { ExitCode::from(2) } else { ExitCode::FAILURE }
         }
     }
 }
@@ -45,13 +44,13 @@ fn workstation(cli: Cli) -> ExitCode {
     let opened = if has_display() {
         window::run(if is_demo { Start::Demo } else { Start::Files(sources) }).map_err(|e| format!("the window cannot be opened ({e})"))
     } else {
-        Err("there is no display".to_owned())
+        Err("there is no display".into())
     };
     match opened {
         Ok(()) => ExitCode::SUCCESS,
         Err(reason) if is_demo => write_demo_instead(&reason, &cli.common),
         Err(reason) => {
-            eprintln!("error: {reason}; use `bregma render` for pictures and `bregma probe` for lengths");
+            tell("error", &format!("{reason}; use `bregma render` for pictures and `bregma probe` for lengths"));
             ExitCode::FAILURE
         }
     }
@@ -59,7 +58,7 @@ fn workstation(cli: Cli) -> ExitCode {
 
 fn write_demo_instead(reason: &str, common: &Common) -> ExitCode {
     let folder = Path::new("bregma-demo");
-    eprintln!("warning: {reason}, so the demo pair is written to {} instead", folder.display());
+    tell("warning", &format!("{reason}, so the demo pair is written to {} instead", folder.display()));
     status(commands::write_demo(folder, bregma::input::DEMO_SIZE, common.backend))
 }
 

@@ -76,7 +76,8 @@ pub fn table_of_rays(rays: &[DifferenceRay]) -> String {
 pub fn flags(s: &Segment) -> String {
     let clipped = if s.clipped { "  cut by the scan's edge" } else { "" };
     let thin = if s.below_resolution { "  thinner than the scan resolves" } else { "" };
-    format!("{clipped}{thin}")
+    let inside = if s.from_origin { "  begins inside bone" } else { "" };
+    format!("{clipped}{inside}{thin}")
 }
 
 /// The columns of [`csv_rows`].

@@ -38,7 +38,7 @@ pub struct VolumeRecord {
     pub unit: Unit,
     /// Change of the isovalue that the threshold error stands for, in values.
     pub iso_tolerance: f64,
-    /// First and last t within the box of the scan; absent when the ray misses it.
+    /// First and last t within the box of the scan; null when the ray misses it.
     pub box_mm: Option<[f64; 2]>,
     /// In order.
     pub crossings: Vec<CrossingRecord>,
@@ -61,10 +61,13 @@ pub struct CrossingRecord {
     pub normal: [f64; 3],
     /// Bracket of the root.
     pub error_mm: f64,
-    /// How far the crossing moves when the isovalue changes by the tolerance: δiso / |∂f/∂t|; absent at a cut face.
-    pub threshold_error_mm: Option<f64>,
+    /// How far the crossing moves when the isovalue changes by the tolerance: δiso / |∂f/∂t|; 0 where bone is cut rather than
+    /// bounded, infinite (null in JSON) where the value does not change along the ray.
+    pub threshold_error_mm: f64,
     /// At a face of the volume rather than on the isosurface.
     pub clipped: bool,
+    /// At the ray's origin, which lies in bone.
+    pub at_origin: bool,
 }
 
 /// One stretch of bone.
@@ -84,6 +87,8 @@ pub struct Segment {
     pub error_mm: f64,
     /// It begins or ends at a face of the volume.
     pub clipped: bool,
+    /// It begins at the ray's origin, which lies in bone.
+    pub from_origin: bool,
     /// Thinner than two sample distances along the ray: a threshold cannot measure it.
     pub below_resolution: bool,
 }
@@ -101,7 +106,7 @@ pub struct LedgerEntry {
     pub inside: Vec<String>,
 }
 
-/// Bone ends within one HU kernel's doubt of each other are told apart by 50 HU: the tolerance where values are HU.
+/// The tolerance where values are HU: about what another kernel, or another scanner's calibration, moves a bone's edge by.
 const ISO_TOLERANCE_HU: f64 = 50.0;
 /// Elsewhere: this part of the step from air to bone, taken as the step between Otsu's two classes.
 const ISO_TOLERANCE_OF_STEP: f64 = 0.05;
@@ -114,9 +119,9 @@ pub fn iso_tolerance(volume: &Volume) -> f64 {
     }
 }
 
-/// Casts the difference ray through `volumes`, each with its layer's isovalue and transform, in float64.
+/// Casts the difference ray through the visible ones of `volumes`, each with its layer's isovalue and transform, in float64.
 pub fn probe(volumes: &[Arc<Volume>], layers: &[Layer], ray: &Ray) -> Result<DifferenceRay, GridError> {
-    let records = volumes.iter().zip(layers).map(|(volume, layer)| {
+    let records = volumes.iter().zip(layers).filter(|(_, layer)| layer.visible).map(|(volume, layer)| {
         let surface = Surface::new(volume, layer.iso, layer.transform)?;
         Ok(record(&surface, layer.iso, ray))
     });
@@ -163,18 +168,20 @@ fn crossing_record(surface: &Surface, iso_tolerance: f64, crossing: &Crossing) -
         point_mm: reference::world(surface, crossing).0.to_array(),
         normal: crossing.normal.to_array(),
         error_mm: crossing.error_mm,
-        threshold_error_mm: (!crossing.clipped && value_per_mm > 0.0).then(|| iso_tolerance / value_per_mm),
+        threshold_error_mm: if crossing.clipped || crossing.at_origin { 0.0 } else { iso_tolerance / value_per_mm },
         clipped: crossing.clipped,
+        at_origin: crossing.at_origin,
     }
 }
 
 fn segments(crossings: &[CrossingRecord], resolved_mm: f64) -> Vec<Segment> {
+    // Entries and exits alternate, beginning with an entry (`reference::crossings`).
     let ends: Vec<&CrossingRecord> = crossings.iter().filter(|c| c.kind != Kind::Touch).collect();
     let segment = |pair: &[&CrossingRecord]| {
         let [enter, exit] = [pair[0], pair[1]];
         let length_mm = exit.t_mm - enter.t_mm;
         let root_error_mm = enter.error_mm + exit.error_mm;
-        let threshold_error_mm = enter.threshold_error_mm.unwrap_or(0.0) + exit.threshold_error_mm.unwrap_or(0.0);
+        let threshold_error_mm = enter.threshold_error_mm + exit.threshold_error_mm;
         Segment {
             from_mm: enter.t_mm,
             to_mm: exit.t_mm,
@@ -183,6 +190,7 @@ fn segments(crossings: &[CrossingRecord], resolved_mm: f64) -> Vec<Segment> {
             threshold_error_mm,
             error_mm: root_error_mm + threshold_error_mm,
             clipped: enter.clipped || exit.clipped,
+            from_origin: enter.at_origin,
             below_resolution: length_mm < resolved_mm,
         }
     };

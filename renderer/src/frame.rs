@@ -14,6 +14,8 @@ pub(crate) struct FrameLayer {
     /// Its number in the scene.
     pub index: usize,
     pub surface: Surface,
+    /// The surface's level as float32.
+    pub level: f32,
     pub map: Arc<DistanceMap>,
     /// The pixel rays in the volume's index space, s = 0 at the base plane.
     pub rays: PixelRays,
@@ -49,7 +51,9 @@ impl Frame {
         let forward = scene.camera.basis().forward;
         let depths = surfaces.iter().flat_map(|(_, s)| s.grid.corners_mm()).map(|c| (c - scene.camera.eye_mm).dot(forward));
         let (near, far) = depths.fold((f64::INFINITY, 0.0_f64), |(near, far), d| (near.min(d), far.max(d)));
-        let base_mm = if near.is_finite() { near.max(0.0) } else { 0.0 };
+        // Before the nearest corner by more than rounding, so that a box is entered through its face and not at the base plane.
+        let margin = 1e-3 * (far - near);
+        let base_mm = if near.is_finite() { (near - margin).max(0.0) } else { 0.0 };
         let based = world_rays.rebased(base_mm);
         maps.keep_only(&surfaces);
         let layer = |(index, surface): (usize, Surface)| {
@@ -58,6 +62,7 @@ impl Frame {
             let largest = normals.to_cols_array().iter().fold(0.0_f64, |m, c| m.max(c.abs()));
             FrameLayer {
                 index,
+                level: surface.level as f32,
                 map: maps.get(&surface),
                 rays: based.mapped(&to_index),
                 normal_to_world: (normals * (1.0 / largest)).as_mat3(),
@@ -87,7 +92,7 @@ impl Frame {
 
 /// Distance maps of the surfaces drawn last.
 #[derive(Debug, Default)]
-pub(crate) struct MapCache(Vec<(Arc<Volume>, f32, Arc<DistanceMap>)>);
+pub(crate) struct MapCache(Vec<(Arc<Volume>, f64, Arc<DistanceMap>)>);
 
 impl MapCache {
     fn get(&mut self, surface: &Surface) -> Arc<DistanceMap> {
@@ -95,7 +100,7 @@ impl MapCache {
         if let Some((.., map)) = known {
             return Arc::clone(map);
         }
-        let map = Arc::new(DistanceMap::build(surface.volume.bricks(), surface.level, surface.sign));
+        let map = Arc::new(DistanceMap::build(surface.volume.bricks(), surface.level as f32, surface.sign));
         self.0.push((Arc::clone(&surface.volume), surface.level, Arc::clone(&map)));
         map
     }
@@ -105,6 +110,6 @@ impl MapCache {
     }
 }
 
-fn is_of(surface: &Surface, volume: &Arc<Volume>, level: f32) -> bool {
+fn is_of(surface: &Surface, volume: &Arc<Volume>, level: f64) -> bool {
     Arc::ptr_eq(&surface.volume, volume) && surface.level == level
 }

@@ -31,7 +31,7 @@ pub struct Crossing {
     pub t_mm: f64,
     /// What happens there.
     pub kind: Kind,
-    /// Half the width of the certified bracket of the root, plus what rounding of the cubic can move it; mm.
+    /// Half the width of the certified bracket of the root, plus how far rounding of the cubic can move it; mm.
     pub error_mm: f64,
     /// The cell, by its lowest sample.
     pub cell: USizeVec3,
@@ -39,10 +39,12 @@ pub struct Crossing {
     pub point: IndexPoint,
     /// Outward normal in the world, unit; of the volume's face where `clipped`.
     pub normal: DVec3,
-    /// Change of the sample along the ray per mm (sample units); 0 where `clipped`.
+    /// Change of the sample along the ray per mm (sample units); 0 where `clipped` or `at_origin`.
     pub slope_per_mm: f64,
     /// The ray enters or leaves the volume's box here while inside bone.
     pub clipped: bool,
+    /// The ray begins here, inside bone.
+    pub at_origin: bool,
 }
 
 /// The stretch of a ray within a volume's box.
@@ -102,13 +104,15 @@ pub fn first_entry(surface: &Surface, ray: &Ray) -> Option<Crossing> {
     first
 }
 
-/// Every crossing of the ray (t ≥ 0), in order.
+/// Every crossing of the ray (t ≥ 0), in order. Entries and exits alternate, beginning with an entry.
 pub fn crossings(surface: &Surface, ray: &Ray) -> Vec<Crossing> {
     let mut all: Vec<Crossing> = Vec::new();
     walk(surface, ray, &mut |crossing| {
-        match all.last_mut() {
+        match all.last_mut().filter(|last| is_same_point(last, &crossing)) {
             // In and out at one point, as through a corner whose sample equals the isovalue: the ray only touches there.
-            Some(last) if last.kind != Kind::Touch && last.kind != crossing.kind && meet(last, &crossing) => last.kind = Kind::Touch,
+            Some(last) if last.kind == Kind::Enter && crossing.kind == Kind::Exit => last.kind = Kind::Touch,
+            // Out and in at one point: it never left.
+            Some(last) if last.kind == Kind::Exit && crossing.kind == Kind::Enter => drop(all.pop()),
             _ => all.push(crossing),
         }
         ControlFlow::Continue(())
@@ -116,18 +120,9 @@ pub fn crossings(surface: &Surface, ray: &Ray) -> Vec<Crossing> {
     all
 }
 
-/// True when two crossings cannot be told apart within their brackets.
-fn meet(a: &Crossing, b: &Crossing) -> bool {
-    b.t_mm - a.t_mm <= a.error_mm + b.error_mm
-}
-
-/// The trilinear interpolant minus the level at an index-space point, times the surface's sign; and its gradient.
-pub fn field(surface: &Surface, point: IndexPoint) -> (f64, DVec3) {
-    let last = USizeVec3::from(surface.grid.cells()) - USizeVec3::ONE;
-    let cell = point.0.max(DVec3::ZERO).as_usizevec3().min(last);
-    let f = corners(surface, cell);
-    let p = point.0 - cell.as_dvec3();
-    (trilinear(&f, p), gradient(&f, p))
+/// True when the rounding of t cannot tell two crossings apart.
+fn is_same_point(a: &Crossing, b: &Crossing) -> bool {
+    b.t_mm - a.t_mm <= 2.0 * ROUNDING * b.t_mm.abs()
 }
 
 fn corners(surface: &Surface, cell: USizeVec3) -> [f64; 8] {
@@ -137,7 +132,7 @@ fn corners(surface: &Surface, cell: USizeVec3) -> [f64; 8] {
 fn corners_of<T: Sample>(samples: &[T], surface: &Surface, cell: USizeVec3) -> [f64; 8] {
     let [nx, ny, _] = surface.grid.dims();
     let base = (cell.z * ny + cell.y) * nx + cell.x;
-    let (level, sign) = (f64::from(surface.level), f64::from(surface.sign));
+    let (level, sign) = (surface.level, f64::from(surface.sign));
     [0, 1, nx, nx + 1, nx * ny, nx * ny + 1, nx * ny + nx, nx * ny + nx + 1].map(|o| sign * (samples[base + o].to_f64() - level))
 }
 
@@ -174,7 +169,7 @@ fn walk(surface: &Surface, ray: &Ray, visit: &mut dyn FnMut(Crossing) -> Control
         cell[a] = (entry[a] as usize - usize::from(at_face)).min(cells[a] - 1);
     }
     let (mut t, mut p) = (t_first, entry);
-    let mut was_inside = false;
+    let (mut was_inside, mut is_first) = (false, true);
     loop {
         let (mut t_out, mut axis) = (t_last, None);
         for a in 0..3 {
@@ -197,60 +192,69 @@ fn walk(surface: &Surface, ray: &Ray, visit: &mut dyn FnMut(Crossing) -> Control
         let f = corners(surface, cell);
         let sides = f.iter().filter(|&&v| v >= 0.0).count();
         let mut stop = false;
-        let mut found = |u: f64, kind: Kind, width: f64, rounding: f64, clipped: Option<(usize, f64)>| {
+        let mut found = |u: f64, kind: Kind, width: f64, cut: Option<Cut>| {
             let local = p.lerp(q, u) - cell.as_dvec3();
             let g = gradient(&f, local);
-            let slope = g.dot(line.direction);
             let to_world = surface.grid.world_to_index().matrix3.transpose();
-            let outward = match clipped {
-                Some((a, side)) => to_world * (DVec3::AXES[a] * side),
+            let outward = match cut {
                 None => to_world * -g,
+                Some(Cut::Face(a, side)) => to_world * (DVec3::AXES[a] * side),
+                Some(Cut::Origin) => -ray.direction,
             };
-            let error_mm = width * (t_out - t) + if slope != 0.0 { rounding / slope.abs() } else { 0.0 } + ROUNDING * t_out.abs();
-            let normal = outward.try_normalize().unwrap_or(-ray.direction);
-            let slope_per_mm = if clipped.is_some() { 0.0 } else { slope * f64::from(surface.sign) };
-            let point = IndexPoint(cell.as_dvec3() + local);
-            let crossing =
-                Crossing { t_mm: t + u * (t_out - t), kind, error_mm, cell, point, normal, slope_per_mm, clipped: clipped.is_some() };
+            let t_mm = t + u * (t_out - t);
+            let crossing = Crossing {
+                t_mm,
+                kind,
+                error_mm: width * (t_out - t) + ROUNDING * t_mm.abs(),
+                cell,
+                point: IndexPoint(cell.as_dvec3() + local),
+                normal: outward.try_normalize().unwrap_or(-ray.direction),
+                slope_per_mm: if cut.is_some() { 0.0 } else { g.dot(line.direction) * f64::from(surface.sign) },
+                clipped: matches!(cut, Some(Cut::Face(..))),
+                at_origin: matches!(cut, Some(Cut::Origin)),
+            };
             stop = stop || visit(crossing).is_break();
         };
-        if t == t_first && inside_at(&f, p - cell.as_dvec3()) {
-            // Entered already inside: the surface is closed here (at the eye, where no face was passed, by the view itself).
-            let face = span.faces[0].unwrap_or((0, 0.0));
-            found(0.0, Kind::Enter, 0.0, 0.0, Some(face));
-            was_inside = true;
-        }
-        if sides != 0 && (sides != 8 || !was_inside) {
+        if !(sides == 0 && !was_inside || sides == 8 && was_inside) {
             let b = bernstein(&f, p - cell.as_dvec3(), q - cell.as_dvec3());
             // Rounding of a de Casteljau value is below 16 units of the largest coefficient.
             let rounding = 16.0 * f64::EPSILON * b.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
-            // A face value that rounding moved across zero between two cells: the crossing is at this entry.
             if (b[0] >= 0.0) != was_inside {
-                found(0.0, if was_inside { Kind::Exit } else { Kind::Enter }, 0.0, rounding, None);
+                // Entered already inside: the surface is closed here. Later: a face value that rounding moved across zero.
+                let cut = is_first.then(|| span.faces[0].map_or(Cut::Origin, |(a, side)| Cut::Face(a, side)));
+                found(0.0, if was_inside { Kind::Exit } else { Kind::Enter }, 0.0, cut);
                 was_inside = !was_inside;
             }
-            isolate(b, 0.0, 1.0, &mut |u, width, crosses| {
+            isolate(b, rounding, 0.0, 1.0, &mut |u, width, crosses| {
                 let kind = match (crosses, was_inside) {
                     (false, _) => Kind::Touch,
                     (true, true) => Kind::Exit,
                     (true, false) => Kind::Enter,
                 };
                 was_inside ^= crosses;
-                found(u, kind, width, rounding, None);
+                found(u, kind, width, None);
             });
-        } else if sides == 0 {
-            was_inside = false;
         }
+        is_first = false;
         let ahead = |a: usize| cell[a].wrapping_add_signed(if line.direction[a] > 0.0 { 1 } else { -1 });
         let next = axis.map(|a| (a, ahead(a))).filter(|&(a, ahead)| ahead < cells[a]);
         if next.is_none() && was_inside {
             let face = axis.map(|a| (a, line.direction[a].signum())).or(span.faces[1]);
-            found(1.0, Kind::Exit, 0.0, 0.0, Some(face.unwrap_or((0, 0.0))));
+            found(1.0, Kind::Exit, 0.0, face.map(|(a, side)| Cut::Face(a, side)));
         }
         let Some((a, ahead)) = next.filter(|_| !stop) else { return };
         cell[a] = ahead;
         (t, p) = (t_out, q);
     }
+}
+
+/// Where bone is cut rather than bounded.
+#[derive(Clone, Copy)]
+enum Cut {
+    /// At a face of the volume's box: its axis and side.
+    Face(usize, f64),
+    /// At the ray's origin.
+    Origin,
 }
 
 /// Rounding of t itself, relative.
@@ -265,11 +269,7 @@ fn snapped(line: &IndexLine, t: f64, face: Option<(usize, f64)>, cells: USizeVec
     p.clamp(DVec3::ZERO, cells.as_dvec3())
 }
 
-fn inside_at(f: &[f64; 8], local: DVec3) -> bool {
-    trilinear(f, local) >= 0.0
-}
-
-/// Bernstein coefficients of the interpolant along p → q, by its blossom: as in `cubic.rs`, but written from the definition.
+/// Bernstein coefficients of the interpolant along p → q, by its blossom: as in `roots/bernstein.rs`, but written from the definition.
 fn bernstein(f: &[f64; 8], p: DVec3, q: DVec3) -> [f64; 4] {
     let at = |x: DVec3, y: DVec3, z: DVec3| trilinear(f, DVec3::new(x.x, y.y, z.z));
     [at(p, p, p), (at(q, p, p) + at(p, q, p) + at(p, p, q)) / 3.0, (at(q, q, p) + at(q, p, q) + at(p, q, q)) / 3.0, at(q, q, q)]
@@ -278,27 +278,29 @@ fn bernstein(f: &[f64; 8], p: DVec3, q: DVec3) -> [f64; 4] {
 /// Halvings before two roots are taken as one: 2⁻⁴⁸ of a cell is finer than float64 places a point in a scan of 16 cells.
 const MAX_HALVINGS: f64 = 1.0 / (1_u64 << 48) as f64;
 
-/// Visits the roots of a Bernstein cubic on [low, high] in order: (u, half width of the bracket, whether it changes sides).
-/// No variation of sign proves no root, one proves exactly one (Descartes); more are halved.
-fn isolate(b: [f64; 4], low: f64, high: f64, visit: &mut dyn FnMut(f64, f64, bool)) {
+/// Visits the roots of a Bernstein cubic on [low, high] in order: (u, how far the bracket and values wrong by `rounding` can move it,
+/// whether it changes sides). No variation of sign proves no root, one proves exactly one (Descartes); more are halved.
+fn isolate(b: [f64; 4], rounding: f64, low: f64, high: f64, visit: &mut dyn FnMut(f64, f64, bool)) {
     let variations = b.windows(2).filter(|w| (w[0] >= 0.0) != (w[1] >= 0.0)).count();
     let crosses = (b[0] >= 0.0) != (b[3] >= 0.0);
     match variations {
         0 => {}
         1 => {
             let (u, width) = refine(b);
+            let width = width + reach(&b, u, rounding, 1.0 / (high - low));
             visit(low + u * (high - low), width * (high - low), true);
         }
         _ if high - low <= MAX_HALVINGS => {
             if crosses || b[0] < 0.0 {
-                visit((low + high) / 2.0, (high - low) / 2.0, crosses);
+                let width = 0.5 + reach(&b, 0.5, rounding, 1.0 / (high - low));
+                visit((low + high) / 2.0, width * (high - low), crosses);
             }
         }
         _ => {
             let (left, right) = halve(b);
             let middle = (low + high) / 2.0;
-            isolate(left, low, middle, visit);
-            isolate(right, middle, high, visit);
+            isolate(left, rounding, low, middle, visit);
+            isolate(right, rounding, middle, high, visit);
         }
     }
 }
@@ -312,12 +314,22 @@ fn halve(b: [f64; 4]) -> ([f64; 4], [f64; 4]) {
     ([b[0], c0, d0, e], [e, d1, c2, b[3]])
 }
 
+/// How far from u, up to `most`, the cubic stays within `rounding` of zero: a flat root may lie anywhere there.
+fn reach(b: &[f64; 4], u: f64, rounding: f64, most: f64) -> f64 {
+    let mut reach = f64::EPSILON;
+    while reach < most && (value(b, u + reach).abs() <= rounding || value(b, u - reach).abs() <= rounding) {
+        reach *= 2.0;
+    }
+    reach
+}
+
+fn value(b: &[f64; 4], u: f64) -> f64 {
+    let m = 1.0 - u;
+    (b[0] * m + 3.0 * b[1] * u) * m * m + (3.0 * b[2] * m + b[3] * u) * u * u
+}
+
 /// The only root of a cubic with one variation of sign, and half its bracket: Newton inside a bracket, else bisection.
 fn refine(b: [f64; 4]) -> (f64, f64) {
-    let value = |u: f64| {
-        let m = 1.0 - u;
-        (b[0] * m + 3.0 * b[1] * u) * m * m + (3.0 * b[2] * m + b[3] * u) * u * u
-    };
     let slope = |u: f64| {
         let m = 1.0 - u;
         3.0 * ((b[1] - b[0]) * m * m + 2.0 * (b[2] - b[1]) * m * u + (b[3] - b[2]) * u * u)
@@ -326,7 +338,7 @@ fn refine(b: [f64; 4]) -> (f64, f64) {
     let (mut low, mut high, mut u) = (0.0, 1.0, b[0] / (b[0] - b[3]));
     // Bisection alone needs 53 halvings; Newton shortens most brackets to a few steps.
     for _ in 0..80 {
-        let f = value(u);
+        let f = value(&b, u);
         if (f >= 0.0) == from_inside {
             low = u;
         } else {
@@ -361,7 +373,7 @@ mod tests {
 
     fn roots(b: [f64; 4]) -> Vec<(f64, bool)> {
         let mut found = Vec::new();
-        isolate(b, 0.0, 1.0, &mut |u, width, crosses| {
+        isolate(b, 0.0, 0.0, 1.0, &mut |u, width, crosses| {
             assert!(width <= 1e-14, "a bracket of {width} certifies nothing");
             found.push((u, crosses));
         });

@@ -113,8 +113,9 @@ pub struct Surface {
     pub volume: Arc<Volume>,
     /// Its grid, moved by the layer's transform.
     pub grid: Grid,
-    /// The isovalue in sample units, as the float32 that every backend subtracts from the samples.
-    pub level: f32,
+    /// The isovalue in sample units. Pictures subtract it as float32, measurements as it is. A level outside the samples' range stays
+    /// within a range's width of it, since where it lies there makes no difference, and numbers stay finite.
+    pub level: f64,
     /// 1 when larger samples are inside the bone, −1 when a negative slope turns that round.
     pub sign: f32,
 }
@@ -124,13 +125,10 @@ impl Surface {
     pub fn new(volume: &Arc<Volume>, iso: f64, transform: DAffine3) -> Result<Self, GridError> {
         let grid = volume.grid().moved(transform)?;
         let sign = if volume.slope() < 0.0 { -1.0 } else { 1.0 };
-        Ok(Self { grid, level: volume.sample_of(iso) as f32, sign, volume: Arc::clone(volume) })
-    }
-
-    /// True when some cell may hold the surface: the level lies within the samples' range.
-    pub fn is_within_range(&self) -> bool {
-        let [low, high] = self.volume.histogram().range;
-        (low..=high).contains(&f64::from(self.level))
+        let [low, high] = volume.histogram().range;
+        let beyond = high - low + 1.0;
+        let level = volume.sample_of(iso).clamp(low - beyond, high + beyond);
+        Ok(Self { grid, level, sign, volume: Arc::clone(volume) })
     }
 }
 

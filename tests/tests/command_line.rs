@@ -81,6 +81,7 @@ fn whatever_is_wrong_with_a_scan_is_one_clear_line() {
     put("garbage.bin", &[0xA5; 300]);
     put("noheader.raw", &[0; 64]);
     put("broken.json", b"{ \"bregma_session\": 1, ");
+    put("noscans.json", br#"{"bregma_session":1,"volumes":[],"scene":{"layers":[],"camera":{"eye_mm":[0,0,0],"target_mm":[0,1,0],"up":[0,0,1],"projection":{"perspective":{"fov_deg":30}}},"mode":"iso","light":{"toward":[0,0,1],"ambient":0,"diffuse":1,"specular":0,"shininess":1},"background":null}}"#);
     put("other.json", b"{ \"pairs\": { \"x->y\": {} } }");
     put("rays.csv", b"ox,oy,oz,dx,dy,dz\n1,2,3,0,0,1\n1,2,3,0,0\n");
     put("norays.csv", b"a,b\n");
@@ -112,6 +113,7 @@ fn whatever_is_wrong_with_a_scan_is_one_clear_line() {
         ("nospacing.nrrd", &["nospacing.nrrd", "spacing"]),
         ("nan.nrrd", &["nan.nrrd", "finite"]),
         ("broken.json", &["broken.json", "session"]),
+        ("noscans.json", &["noscans.json", "no scans"]),
         (".", &["folder"]),
         ("good.nrrd --raw 16x16x17,i16", &["good.nrrd", "too early"]),
         ("good.nrrd --raw 1x1x1,u8", &["good.nrrd", "--raw"]),
@@ -152,12 +154,17 @@ fn wrong_usage_is_status_2() {
         "probe good.nrrd --origin 0,0,0",
         "probe good.nrrd --origin 0,0,0 --direction 0,0,0",
         "probe good.nrrd --origin 1,2,3 --toward 1,2,3",
+        "render good.nrrd --out good.nrrd",
+        "render good.nrrd --out q.png --depth q.png",
+        "good.nrrd render good.nrrd --out p.png",
         "--nonsense",
     ] {
         let out = bregma(&d, line);
         assert_eq!(out.status.code(), Some(2), "bregma {line}: {}", stderr(&out));
         assert!(stderr(&out).starts_with("error: ") && !d.join("p.png").exists(), "bregma {line}: {}", stderr(&out));
     }
+    assert!(std::fs::read(d.join("good.nrrd")).unwrap().starts_with(b"NRRD"), "a scan was overwritten");
+    ok(&d, "--threads 1 --backend cpu render good.nrrd --out before-command.png --size 16x16");
     for line in ["--help", "render --help", "probe --help", "info --help", "bench --help", "demo --help", "--version"] {
         assert!(!stdout(&ok(&d, line)).is_empty());
     }
@@ -188,6 +195,15 @@ fn nothing_to_draw_is_an_empty_picture_and_a_warning() {
     ok(&d, "render flat.nrrd --iso 7 --backend cpu --out p.png --volume-id id.npy --size 32x24");
     let id = std::fs::read(d.join("id.npy")).unwrap();
     assert!(id[id.len() - 32 * 24..].contains(&1));
+    // Below the range everything is bone, and the warning says that instead.
+    for iso in ["-2000", "-1e300"] {
+        for backend in ["cpu", "gpu"] {
+            let out = ok(&d, &format!("render good.nrrd --iso {iso} --backend {backend} --out p.png --volume-id id.npy --size 32x24"));
+            assert!(stderr(&out).contains("all of its box is bone"), "{}", stderr(&out));
+            let id = std::fs::read(d.join("id.npy")).unwrap();
+            assert!(id[id.len() - 32 * 24..].contains(&1), "{iso} on {backend}");
+        }
+    }
     let text = stdout(&ok(&d, "probe point.nrrd --iso 5 --origin 0,0,-5 --direction 0,0,1"));
     assert!(text.contains("misses"), "{text}");
 }
@@ -346,4 +362,10 @@ fn without_a_display_the_demo_is_written_and_its_session_opens() {
     let id = std::fs::read(d.join("id.npy")).unwrap();
     let ids = &id[id.len() - 40_000..];
     assert!(ids.contains(&1) && ids.contains(&2), "the session shows both skulls");
+    // The session's own view, said again, changes nothing; beside another scan it still opens.
+    ok(&d, "render bregma-demo/session.json --backend cpu --size 200x200 --fov 30 --out again.png");
+    assert_eq!(std::fs::read(d.join("from-session.png")).unwrap(), std::fs::read(d.join("again.png")).unwrap());
+    let lines = stdout(&ok(&d, "info bregma-demo/a.nrrd --json")) + &stdout(&ok(&d, "info bregma-demo/session.json --json"));
+    assert_eq!(lines.lines().count(), 3);
+    ok(&d, "render bregma-demo/a.nrrd bregma-demo/session.json --backend cpu --size 64x64 --out three.png --volume-id id.npy");
 }

@@ -43,6 +43,8 @@ fn check(what: &str, volumes: &[Arc<Volume>], scenes: &[Scene], size: (u32, u32)
         gpu_off.compare(volumes, scene, &on_gpu);
         pixels += on_cpu.rgba.len() as u64;
         unlike += on_cpu.rgba.iter().zip(&on_gpu.rgba).filter(|(a, b)| color_difference(**a, **b) > 2).count() as u64;
+        let ids_differ = on_cpu.volume_id.iter().zip(&on_gpu.volume_id).filter(|(a, b)| a != b).count();
+        assert!(ids_differ * 10_000 <= on_cpu.volume_id.len(), "{what}: {ids_differ} pixels show another volume on the gpu");
     }
     cpu_off.assert(&format!("{what}, cpu"));
     gpu_off.assert(&format!("{what}, gpu"));
@@ -178,4 +180,43 @@ fn a_falling_scale_turns_inside_out_nowhere() {
     let ray = bregma_renderer::Ray::new(bregma_volume::WorldPoint(DVec3::new(40.0, 12.2, 11.7)), DVec3::NEG_X).unwrap();
     let entry = bregma_renderer::reference::first_entry(surface, &ray).unwrap();
     assert!((entry.t_mm - 29.5).abs() < 1e-9 && !entry.clipped, "{entry:?}");
+}
+
+#[test]
+fn of_equal_surfaces_the_first_is_drawn_on_both() {
+    // Fails if a tie in depth is resolved by the order of work.
+    let v = blobs(4, cubic_grid(32));
+    let volumes = [Arc::clone(&v), v];
+    let scenes: Vec<Scene> = [Mode::Iso, Mode::Overlay].map(|mode| Scene { mode, ..scene(&volumes, 0.5, 20.0, 30.0) }).into();
+    check("a volume twice", &volumes, &scenes, (128, 128));
+    let ids = CpuRenderer::default().render(&volumes, &scenes[0], 128, 128).unwrap().volume_id;
+    assert!(ids.contains(&1) && !ids.contains(&2));
+}
+
+#[test]
+fn a_cut_face_is_flat_and_faces_outward() {
+    // Fails if bone that the scan's edge cuts is shaded as anything but that face: here by Lambert's law alone, so that every pixel
+    // of the face has the one colour of its angle to the light.
+    let volumes = [volume("block", cubic_grid(20), Samples::I16(vec![500; 8000]))];
+    for (direction, normal) in [(DVec3::Y, DVec3::NEG_Y), (DVec3::NEG_X, DVec3::X), (DVec3::NEG_Z, DVec3::Z)] {
+        let mut s = scene(&volumes, 400.0, 0.0, 0.0);
+        let centre = DVec3::splat(9.5);
+        s.camera.eye_mm = centre - 29.5 * direction;
+        s.camera.target_mm = centre;
+        s.light =
+            bregma_renderer::Light { toward: glam::Vec3::new(-0.3, 0.6, 1.0), ambient: 0.0, diffuse: 1.0, specular: 0.0, shininess: 1.0 };
+        s.layers[0].color = bregma_renderer::Color([1.0; 3]);
+        let basis = s.camera.basis();
+        let toward = (-0.3 * basis.right + 0.6 * basis.up - basis.forward).normalize();
+        let linear = normal.dot(toward);
+        let expected = ((1.055 * linear.powf(1.0 / 2.4) - 0.055) * 255.0).round() as u8;
+        let mut renderers: [Box<dyn Renderer>; 2] = [Box::new(CpuRenderer::default()), Box::new(GpuRenderer::new(true).unwrap())];
+        for renderer in &mut renderers {
+            let picture = renderer.render(&volumes, &s, 64, 64).unwrap();
+            let drawn: Vec<_> = picture.rgba.iter().zip(&picture.volume_id).filter(|(_, id)| **id == 1).map(|(c, _)| *c).collect();
+            assert!(drawn.len() > 500);
+            let off = drawn.iter().map(|c| color_difference(*c, [expected, expected, expected, 255])).max();
+            assert!(off <= Some(1), "{} looking along {direction}: off by {off:?} from {expected}", renderer.name());
+        }
+    }
 }

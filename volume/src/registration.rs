@@ -20,11 +20,10 @@ pub struct TransformError {
 ///   needs it, so the volume is moved by its inverse, as in 3D Slicer.
 pub fn read_transform(path: &Path, moving: &str, fixed: &[&str]) -> Result<DAffine3, TransformError> {
     let text_path = path.to_string_lossy();
-    let (file, pair) = match text_path.rsplit_once('#') {
-        Some((file, pair)) if !path.exists() => (file, Some(pair)),
-        _ => (&*text_path, None),
-    };
-    let fail = |reason: String| TransformError { file: file.to_owned(), reason };
+    // FILE#NAME, unless a file is really called so.
+    let split = text_path.rsplit_once('#').filter(|_| !path.exists());
+    let (file, pair) = split.map_or((path, None), |(file, pair)| (Path::new(file), Some(pair)));
+    let fail = |reason: String| TransformError { file: file.display().to_string(), reason };
     let text = std::fs::read_to_string(file).map_err(|e| fail(format!("cannot be read ({e}); check the name and permissions")))?;
     let transform = if text.trim_start().starts_with("#Insight Transform File") {
         itk(&text).map(|t| t.inverse())
@@ -51,14 +50,15 @@ fn numbers(value: &Value) -> Option<Vec<f64>> {
 
 fn json(value: &Value, moving: &str, fixed: &[&str], pair: Option<&str>) -> Result<DAffine3, String> {
     if let Some(pairs) = value.get("pairs").and_then(Value::as_object) {
-        // "C57BL6_J_->DBA_2J_" belongs to scans whose names begin so.
-        let fits = |key: &str| {
-            key.split_once("->").is_some_and(|(from, to)| moving.starts_with(from) && fixed.iter().any(|name| name.starts_with(to)))
+        // "A->B" belongs to scans called A and B, or A and B with an ending: A.nii.gz, but not A2.
+        let names = |name: &str, key: &str| name.strip_prefix(key).is_some_and(|rest| !rest.starts_with(char::is_alphanumeric));
+        let leads =
+            |key: &str| key.split_once("->").is_some_and(|(from, to)| names(moving, from) && fixed.iter().any(|name| names(name, to)));
+        let mut fitting = pairs.iter().filter(|(key, _)| pair.map_or_else(|| leads(key), |name| name == *key));
+        let all = || pairs.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
+        let (Some((_, chosen)), None) = (fitting.next(), fitting.next()) else {
+            return Err(format!("has no one pair that leads from {moving} to another scan; name one as FILE#NAME of: {}", all()));
         };
-        let chosen = pairs.iter().find(|(key, _)| pair.map_or_else(|| fits(key), |name| name == *key));
-        let names = || pairs.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
-        let (_, chosen) =
-            chosen.ok_or_else(|| format!("has no pair that leads from {moving} to another scan; name one as FILE#NAME of: {}", names()))?;
         return json(chosen, moving, fixed, None);
     }
     if let (Some(r), Some(t)) = (value.get("R").and_then(numbers), value.get("t").and_then(numbers)) {
@@ -82,9 +82,12 @@ fn itk(text: &str) -> Result<DAffine3, String> {
         text.split_whitespace().map(|w| w.parse().map_err(|_| format!("has {w:?} where {name:?} needs a number"))).collect()
     };
     let kind = field("Transform:").ok_or("has no line \"Transform:\"")?;
+    if text.lines().filter(|l| l.starts_with("Transform:")).count() > 1 {
+        return Err("holds several transforms; combine them into one".into());
+    }
     let parameters = list("Parameters:")?;
-    let centre = list("FixedParameters:")?;
-    let centre = centre.get(..3).map_or(DVec3::ZERO, DVec3::from_slice);
+    let fixed = list("FixedParameters:")?;
+    let centre = fixed.get(..3).map_or(DVec3::ZERO, DVec3::from_slice);
     let count = |n: usize| {
         if parameters.len() == n { Ok(()) } else { Err(format!("has {} parameters where {kind} has {n}", parameters.len())) }
     };
@@ -96,9 +99,11 @@ fn itk(text: &str) -> Result<DAffine3, String> {
         }
         "Euler3DTransform" => {
             count(6)?;
-            // ITK's default order: Rz·Rx·Ry.
-            let [x, y, z] = [parameters[0], parameters[1], parameters[2]];
-            let m = DMat3::from_rotation_z(z) * DMat3::from_rotation_x(x) * DMat3::from_rotation_y(y);
+            // ITK's order is Rz·Rx·Ry, or Rz·Ry·Rx where the fourth fixed parameter, "ComputeZYX", is set.
+            let [x, y, z] =
+                [DMat3::from_rotation_x(parameters[0]), DMat3::from_rotation_y(parameters[1]), DMat3::from_rotation_z(parameters[2])];
+            let zyx = fixed.get(3).is_some_and(|&flag| flag != 0.0);
+            let m = if zyx { z * y * x } else { z * x * y };
             (m, DVec3::from_slice(&parameters[3..]))
         }
         "VersorRigid3DTransform" => {
@@ -150,6 +155,9 @@ mod tests {
             ("empty", "", "neither JSON"),
             ("no-pair", r#"{"pairs": {"X->Y": {}}}"#, "X->Y"),
             ("singular", r#"{"R": [[0,0,0],[0,0,0],[0,0,0]], "t": [0,0,0]}"#, "inverted"),
+            ("other-name", r#"{"pairs": {"A_->B_2": {}}}"#, "A_->B_2"),
+            ("two-fit", r#"{"pairs": {"A_1->B_2": {}, "A_1.nii->B_2": {}}}"#, "FILE#NAME"),
+            ("two", "#Insight Transform File V1.0\nTransform: A\nParameters: 0\nFixedParameters: 0\nTransform: A\n", "several"),
             ("short", "[1,2,3]", "4×4"),
             (
                 "spline",

@@ -77,7 +77,7 @@ const BINS: usize = 1024;
 
 impl Volume {
     /// Checks `raster` and builds its ranges and histogram. NaN samples are taken as the lowest value of the scan and
-    /// infinities as its ends, with a warning, since a surface needs an ordering.
+    /// infinities, or what some programs write for them, as its ends, with a warning, since a surface needs an ordering.
     pub fn new(name: String, format: &'static str, mut raster: Raster) -> Result<Self, VolumeError> {
         let (grid, samples) = (raster.grid.len(), raster.samples.len());
         if grid != samples {
@@ -91,7 +91,7 @@ impl Volume {
             let replaced = make_finite(s)?;
             if replaced > 0 {
                 let text = format!(
-                    "{replaced} samples are NaN or infinite; they are taken as the nearest finite end of the scan, NaN as its lowest"
+                    "{replaced} samples are NaN, infinite or beyond ±1e37; they are taken as the nearest other end of the scan, NaN as its lowest"
                 );
                 raster.warnings.push(text);
             }
@@ -218,18 +218,21 @@ fn range<T: Sample>(samples: &[T]) -> [f64; 2] {
     [low.to_f64(), high.to_f64()]
 }
 
+/// Larger numbers are no measurements but marks such as ±3.4e38 for "no data"; and sums of a few would be infinite in float32.
+const MOST: f32 = 1e37;
+
 fn make_finite(samples: &mut [f32]) -> Result<usize, VolumeError> {
-    let finite = samples.par_iter().copied().filter(|s| s.is_finite());
-    let (low, high) = finite
-        .fold(|| (f32::MAX, f32::MIN), |(l, h), s| (l.min(s), h.max(s)))
-        .reduce(|| (f32::MAX, f32::MIN), |a, b| (a.0.min(b.0), a.1.max(b.1)));
+    let is_odd = |s: f32| s.is_nan() || s.abs() > MOST;
+    let usual = samples.par_iter().copied().filter(|&s| !is_odd(s));
+    let ends = |a: (f32, f32), b: (f32, f32)| (a.0.min(b.0), a.1.max(b.1));
+    let (low, high) = usual.map(|s| (s, s)).reduce(|| (f32::MAX, f32::MIN), ends);
     if low > high {
         return Err(VolumeError::NothingFinite);
     }
     let mend = |s: &mut f32| {
-        let odd = !s.is_finite();
+        let odd = is_odd(*s);
         if odd {
-            *s = if *s == f32::INFINITY { high } else { low };
+            *s = if *s > 0.0 { high } else { low };
         }
         usize::from(odd)
     };

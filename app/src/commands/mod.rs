@@ -60,10 +60,15 @@ fn print(text: &str) -> Result<(), CommandError> {
     }
 }
 
+/// Tells the person something on standard error, in one line whatever it names. Where that cannot be written, nobody listens.
+pub fn tell(what: &str, message: &dyn std::fmt::Display) {
+    let text = message.to_string();
+    let line: String = text.chars().flat_map(|c| if c.is_control() { c.escape_default().collect() } else { vec![c] }).collect();
+    drop(writeln!(std::io::stderr(), "{what}: {line}"));
+}
+
 fn warn(warnings: &[String]) {
-    for warning in warnings {
-        eprintln!("warning: {warning}");
-    }
+    warnings.iter().for_each(|warning| tell("warning", warning));
 }
 
 /// Runs long work with a progress bar, if a person is watching.

@@ -1,11 +1,12 @@
 //! `bregma probe`: the difference ray, one or many.
 
-use super::{CommandError, open, print};
+use super::{CommandError, open, print, with_progress};
 use crate::args::{ProbeArgs, ProbeFormat};
 use bregma_measure::{DifferenceRay, export};
 use bregma_renderer::Ray;
 use bregma_volume::WorldPoint;
 use glam::DVec3;
+use rayon::prelude::*;
 use std::path::Path;
 
 /// Casts the rays and prints what they meet.
@@ -16,7 +17,12 @@ pub fn probe(args: &ProbeArgs) -> Result<(), CommandError> {
     };
     let opened = open(&args.sources.0, &args.isovalues)?;
     let cast = |ray: &Ray| bregma_measure::probe(&opened.volumes, &opened.scene.layers, ray);
-    let found = rays.iter().map(cast).collect::<Result<Vec<DifferenceRay>, _>>()?;
+    let found = with_progress("casting", |progress| {
+        progress.begin(rays.len() as u64);
+        // Nobody cancels here: the command is simply ended.
+        let counted = |ray: &Ray| cast(ray).inspect(|_| progress.advance(1).unwrap_or_default());
+        rays.par_iter().map(counted).collect::<Result<Vec<DifferenceRay>, _>>()
+    })?;
     let json = |d: &DifferenceRay| serde_json::to_string(d).expect("the record has only numbers, texts and lists") + "\n";
     let text = match args.format {
         ProbeFormat::Table if args.rays.is_none() => found.iter().map(export::table).collect(),

@@ -5,19 +5,18 @@ use crate::args::{Backend, CameraArgs, RenderArgs};
 use crate::input::Opened;
 use crate::output::{write_depth, write_png, write_volume_id};
 use bregma_renderer::{Camera, FOV_DEG, Projection};
-use glam::DVec3;
+use std::path::{Path, PathBuf};
 
 /// Draws the picture and writes it.
 pub fn render(args: &RenderArgs, backend: Backend) -> Result<(), CommandError> {
+    keep_apart(args)?;
     let mut opened = open(&args.sources.0, &args.isovalues)?;
     set_each(&mut opened.scene.layers, &args.opacity, "--opacity", |layer, v| layer.opacity = *v as f32)?;
     set_each(&mut opened.scene.layers, &args.color, "--color", |layer, c| layer.color = *c)?;
     opened.scene.mode = args.mode.map_or(opened.scene.mode, Into::into);
     opened.scene.solver = args.solver.unwrap_or(opened.scene.solver);
     opened.scene.background = args.background.map_or(opened.scene.background, |b| b.0);
-    if let Some(camera) = camera(&args.camera, &opened) {
-        opened.scene.camera = camera;
-    }
+    opened.scene.camera = camera(&args.camera, &opened);
     let (width, height) = args.size;
     let picture = renderer(backend)?.render(&opened.volumes, &opened.scene, width, height)?;
     if picture.volume_id.iter().all(|&id| id == 0) {
@@ -33,22 +32,37 @@ pub fn render(args: &RenderArgs, backend: Backend) -> Result<(), CommandError> {
     Ok(())
 }
 
-/// The camera that the arguments ask for; `None` when they leave it to the scene.
-fn camera(args: &CameraArgs, opened: &Opened) -> Option<Camera> {
-    let asked = args.eye.is_some() || args.orbit.is_some() || args.fov.is_some() || args.ortho.is_some() || args.up.is_some();
-    if !asked {
-        return None;
+/// Refuses to write one file twice, or over a scan that is read.
+fn keep_apart(args: &RenderArgs) -> Result<(), CommandError> {
+    let place = |file: &Path| std::fs::canonicalize(file).unwrap_or_else(|_| file.to_owned());
+    let mut taken: Vec<PathBuf> = args.sources.0.iter().map(|s| place(&s.file)).collect();
+    for file in [Some(&args.out), args.depth.as_ref(), args.volume_id.as_ref()].into_iter().flatten() {
+        let is_file = file.metadata().is_ok_and(|m| m.is_file());
+        if taken.contains(&place(file)) && (is_file || !file.exists()) {
+            let text = format!("{} is named twice; it would be overwritten: give each output a file of its own", file.display());
+            return Err(CommandError::Usage(text));
+        }
+        taken.push(place(file));
     }
+    Ok(())
+}
+
+/// The camera that the arguments ask for; what they leave open is the session's, or the orbit's.
+fn camera(args: &CameraArgs, opened: &Opened) -> Camera {
     let bounds = opened.bounds();
-    let fov_deg = args.fov.unwrap_or(FOV_DEG);
-    let (azimuth, elevation) = args.orbit.unwrap_or((0.0, 0.0));
-    let mut camera = Camera::orbit_with_fov(&bounds, azimuth, elevation, fov_deg);
+    let mut camera = opened.scene.camera;
+    if args.orbit.is_some() || args.eye.is_some() || !opened.from_session {
+        let (azimuth, elevation) = args.orbit.unwrap_or((0.0, 0.0));
+        camera = Camera::orbit_with_fov(&bounds, azimuth, elevation, args.fov.unwrap_or(FOV_DEG));
+    }
     if let Some(eye_mm) = args.eye {
-        camera = Camera { eye_mm, target_mm: args.target.unwrap_or(bounds.centre_mm), up: DVec3::Z, ..camera };
+        camera = Camera { eye_mm, target_mm: args.target.unwrap_or(bounds.centre_mm), ..camera };
     }
     camera.up = args.up.unwrap_or(camera.up);
-    if let Some(height_mm) = args.ortho {
-        camera.projection = Projection::Orthographic { height_mm };
-    }
-    Some(camera)
+    camera.projection = match (args.fov, args.ortho) {
+        (Some(fov_deg), _) => Projection::Perspective { fov_deg },
+        (_, Some(height_mm)) => Projection::Orthographic { height_mm },
+        _ => camera.projection,
+    };
+    camera
 }

@@ -66,7 +66,7 @@ fn draw_tile(frame: &Frame, scene: &Scene, xs: std::ops::Range<u32>, ys: std::op
     for layer in &frame.layers {
         with_samples!(layer.surface.volume.samples(), samples => {
             let dims = layer.surface.grid.dims();
-            let (level, sign) = (layer.surface.level, layer.surface.sign);
+            let (level, sign) = (layer.level, layer.surface.sign);
             let field = Field { samples: samples.as_slice(), dims, map: &layer.map, level, sign };
             trace_with(scene.solver)(&field, frame, scene, layer, &pixels, &mut hits);
         });
@@ -113,7 +113,9 @@ fn trace<T: Sample, W: WalkBrick>(
         let line = Line { origin: layer.rays.origin.at(x, y), direction: layer.rays.direction.at(x, y) };
         // What lies behind an opaque hit is not asked for.
         let s_max = if frame.only_nearest { hits.first().map_or(frame.s_max, |h| h.s) } else { frame.s_max };
-        if let Some(hit) = field.first_hit::<W>(&line, s_max) {
+        // Of two hits at one depth the first layer's is drawn.
+        let hit = field.first_hit::<W>(&line, s_max).filter(|hit| !frame.only_nearest || hits.first().is_none_or(|h| hit.s < h.s));
+        if let Some(hit) = hit {
             let view = frame.world_rays.direction.at(x, y).normalize().as_vec3();
             let normal = normal(field, layer, &hit, view);
             let color = phong(&scene.light, layer.color, normal, view, frame.toward_light);

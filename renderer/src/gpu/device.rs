@@ -40,6 +40,14 @@ pub enum GpuError {
         /// The adapter's name.
         adapter: String,
     },
+    /// More volumes in one picture than the adapter's buffers hold.
+    #[error("{count} volumes are shown but the graphics adapter draws at most {most} at once; hide some, or use --backend cpu")]
+    TooManyVolumes {
+        /// Visible volumes.
+        count: usize,
+        /// The limit.
+        most: usize,
+    },
     /// The memory of the graphics card is full.
     #[error("{adapter} has no room for the {mib} MiB of the scan; close other programs or use --backend cpu")]
     Memory {

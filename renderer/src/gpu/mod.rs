@@ -98,6 +98,11 @@ impl GpuRenderer {
             let map = self.map_texture(&layer.map)?;
             volumes.push((samples, map, upload::kind_of(layer.surface.volume.samples()).1));
         }
+        let hit_bytes = pipelines::hit_bytes(layers.len());
+        let limit = self.gpu.device.limits().max_storage_buffer_binding_size;
+        if hit_bytes > limit {
+            return Err(GpuError::TooManyVolumes { count: layers.len(), most: (limit / pipelines::hit_bytes(1)) as usize });
+        }
         let target = match self.target.take() {
             Some(t) if t.width == width && t.height == height => t,
             _ => Target::new(&self.gpu, width, height),
@@ -117,7 +122,7 @@ impl GpuRenderer {
                     direction: PixelAffinePairs::new(&rays.direction),
                     normal_to_world: padded_matrix(layer.normal_to_world),
                     dims: layer.surface.grid.dims().map(|n| n as i32),
-                    level: layer.surface.level,
+                    level: layer.level,
                     bricks: layer.map.dims().map(|n| n as i32),
                     sign: layer.surface.sign,
                     tile: [w, h],

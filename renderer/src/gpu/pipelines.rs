@@ -113,10 +113,9 @@ impl Pipelines {
         target: &Target,
         tiles: &[[u32; 4]],
     ) {
-        let hit_bytes = u64::from(TILE * TILE) * 16 * volumes.len().max(1) as u64;
         let hits = gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("hits"),
-            size: hit_bytes,
+            size: hit_bytes(volumes.len()),
             usage: BufferUsages::STORAGE,
             mapped_at_creation: false,
         });
@@ -177,6 +176,11 @@ impl Pipelines {
             gpu.queue.submit([encoder.finish()]);
         }
     }
+}
+
+/// Bytes of the hits of a tile: 16 for each pixel and pass, and never none.
+pub(super) fn hit_bytes(passes: usize) -> u64 {
+    u64::from(TILE * TILE) * 16 * passes.max(1) as u64
 }
 
 /// A uniform buffer of `items` and the bytes from one to the next, as dynamic offsets must be aligned.

@@ -31,7 +31,13 @@ fn slope(b: &[f32; 4], u: f32) -> f32 {
 
 /// Where the derivative vanishes, ascending; 1 stands for none. All divisors are guarded before they divide.
 fn turning_points(b: &[f32; 4]) -> [f32; 2] {
-    let (q0, q1, q2) = (b[1] - b[0], b[2] - b[1], b[3] - b[2]);
+    let differences = [b[1] - b[0], b[2] - b[1], b[3] - b[2]];
+    // Scaled to 1: their squares would vanish for values of 1e-20, and overflow for 1e20.
+    let largest = differences.iter().fold(0.0_f32, |m, d| m.max(d.abs()));
+    if largest == 0.0 {
+        return [1.0, 1.0];
+    }
+    let [q0, q1, q2] = differences.map(|d| d / largest);
     // a·u² − 2w·u + q0 with the stable pair of roots k/a and q0/k (Numerical Recipes, 5.6).
     let (a, w) = (q0 - 2.0 * q1 + q2, q0 - q1);
     let discriminant = q1 * q1 - q0 * q2;
