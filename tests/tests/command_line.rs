@@ -1,5 +1,7 @@
 //! The program as scripts see it: agreed outputs, and one clear line for whatever is wrong.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

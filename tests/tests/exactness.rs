@@ -1,5 +1,7 @@
 //! Real scans over the 8-frame orbit at 512×512: both renderers against the float64 reference, and against each other.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
 use bregma::input::{Opened, Source};
 use bregma_renderer::{Camera, CpuRenderer, GpuRenderer, Renderer};
 use bregma_tests::{Exactness, color_difference, data};

@@ -1,6 +1,8 @@
 //! Both renderers against the float64 reference, and against each other, on volumes made to be hard.
 //! `exactness.rs` does the same on real scans.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
 use bregma_renderer::{Bounds, Camera, CpuRenderer, GpuRenderer, Mode, Projection, Renderer, Scene};
 use bregma_tests::{Exactness, Random, color_difference, volume};
 use bregma_volume::{Grid, Samples, Volume};
@@ -14,14 +16,14 @@ fn cubic_grid(n: usize) -> Grid {
 /// Integer noise: every cell is as rough as can be, and samples equal to the isovalue are common.
 fn noise(seed: u64, grid: Grid, levels: f64, make: impl Fn(Vec<f64>) -> Samples) -> Arc<Volume> {
     let mut random = Random(seed);
-    let samples = (0..grid.len()).map(|_| (random.next() * levels).floor()).collect();
+    let samples = (0..grid.len()).map(|_| (random.unit() * levels).floor()).collect();
     volume("noise", grid, make(samples))
 }
 
 /// Noise smoothed into blobs a few voxels across.
 fn blobs(seed: u64, grid: Grid) -> Arc<Volume> {
     let mut random = Random(seed);
-    let centres: Vec<DVec3> = (0..40).map(|_| DVec3::new(random.next(), random.next(), random.next())).collect();
+    let centres: Vec<DVec3> = (0..40).map(|_| DVec3::new(random.unit(), random.unit(), random.unit())).collect();
     let [nx, ny, nz] = grid.dims();
     let size = DVec3::new(nx as f64, ny as f64, nz as f64);
     let at = |n: usize| {
@@ -136,7 +138,7 @@ fn eyes_near_far_and_inside_are_exact() {
         let mut s = scene(&volumes, 0.4, 0.0, 0.0);
         let centre = DVec3::splat(35.5);
         // Seen under an angle that shows the whole box, from wherever.
-        let height_deg = (80.0 / distance as f64).atan().to_degrees().min(60.0);
+        let height_deg = (80.0_f64 / distance).atan().to_degrees().min(60.0);
         s.camera.eye_mm = centre + distance * DVec3::new(0.48, -0.6, 0.64);
         s.camera.target_mm = centre;
         s.camera.projection = Projection::Perspective { fov_deg: height_deg };

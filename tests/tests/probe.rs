@@ -1,5 +1,7 @@
 //! The difference ray against answers found another way.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
 use bregma_measure::probe;
 use bregma_renderer::reference::Kind;
 use bregma_renderer::{Layer, Ray};
@@ -77,7 +79,7 @@ fn thickness_through_the_shell_is_the_interpolants_and_within_the_stated_error_o
         let mut random = Random(5);
         let (mut compared, mut worst_interpolant, mut worst_sphere, mut undecided) = (0, 0.0_f64, 0.0_f64, 0);
         for _ in 0..1000 {
-            let mut direction = || DVec3::new(random.next() - 0.5, random.next() - 0.5, random.next() - 0.5).normalize();
+            let mut direction = || DVec3::new(random.unit() - 0.5, random.unit() - 0.5, random.unit() - 0.5).normalize();
             let (from, through) = (direction() * 60.0, direction() * 20.0 * 0.9);
             let ray = Ray::new(WorldPoint(from), through - from).unwrap();
             let found = probe(std::slice::from_ref(&volume), &layers, &ray).unwrap();
@@ -118,7 +120,7 @@ fn the_ledger_covers_the_boxes_without_gap_or_overlap() {
     let mut random = Random(9);
     let mut entries = 0;
     for _ in 0..2000 {
-        let mut point = || DVec3::new(random.next() - 0.5, random.next() - 0.5, random.next() - 0.5) * 400.0;
+        let mut point = || DVec3::new(random.unit() - 0.5, random.unit() - 0.5, random.unit() - 0.5) * 400.0;
         let (from, to) = (point(), point() * 0.3);
         let d = probe(&pair.volumes, &layers, &Ray::new(WorldPoint(from), to - from).unwrap()).unwrap();
         let boxes: Vec<[f64; 2]> = d.volumes.iter().filter_map(|v| v.box_mm).collect();
@@ -188,7 +190,7 @@ fn rays_along_lattice_lines_tell_bone_from_gap_everywhere() {
     let n = 12;
     let grid = Grid::new([n, n, n], DVec3::ONE, DVec3::ZERO, DMat3::IDENTITY).unwrap();
     let mut random = Random(3);
-    let noise: Vec<u8> = (0..n * n * n).map(|_| (random.next() * 3.0) as u8).collect();
+    let noise: Vec<u8> = (0..n * n * n).map(|_| (random.unit() * 3.0) as u8).collect();
     let block = vec![2; n * n * n];
     let (mut stretches, mut rays) = (0, 0);
     for (samples, isos) in [(noise, vec![0.5, 1.0, 1.5, 2.0]), (block, vec![1.0, 2.0])] {
@@ -196,7 +198,7 @@ fn rays_along_lattice_lines_tell_bone_from_gap_everywhere() {
         for iso in isos {
             let layers = [Layer { iso, ..Layer::new(&volume, 0, 1) }];
             for _ in 0..5000 {
-                let mut step = |range: i32| f64::from((random.next() * f64::from(range)) as i32);
+                let mut step = |range: i32| f64::from((random.unit() * f64::from(range)) as i32);
                 let direction = DVec3::new(step(5) - 2.0, step(5) - 2.0, step(5) - 2.0);
                 // On half and whole samples, before the box or in it.
                 let through = DVec3::new(step(23), step(23), step(23)) / 2.0;

@@ -1,5 +1,7 @@
 //! Every solver on both backends: the two are twins, and each is as good and as bad as its method.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
 use bregma::input::Opened;
 use bregma_renderer::{CpuRenderer, GpuRenderer, Renderer, Solver, reference};
 use bregma_volume::Progress;
