@@ -11,8 +11,10 @@ fn first_entry(lower: vec4<f32>, upper: vec4<f32>, p: vec3<f32>, q: vec3<f32>) -
     if !any(b >= vec4<f32>(0.0)) {
         return -1.0;
     }
-    let u = first_root(b);
-    return select(-1.0, u, u <= 1.0);
+    // Scaled to 1: products of four coefficients would vanish for values of 1e-10, and overflow for 1e10.
+    let largest = max(max(abs(b.x), abs(b.y)), max(abs(b.z), abs(b.w)));
+    let u = first_root(b / largest);
+    return select(-1.0, u, u >= 0.0 && u <= 1.0);
 }
 
 // u of the root x : w, where it lies in the segment.

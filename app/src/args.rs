@@ -71,6 +71,9 @@ pub enum Command {
         after_help = "Examples:\n  bregma probe a.nrrd b.nrrd --iso 226 --origin 0,-200,40 --direction 0,1,0\n  bregma probe skull.nrrd --origin 0,-200,40 --toward 0,0,40 --format json\n  bregma probe skull.nrrd --rays rays.csv --format csv"
     )]
     Probe(ProbeArgs),
+    /// Failure rates of every solver over the hard families: stability.csv, stability.md
+    #[command(after_help = "Example:\n  bregma stability --out stability")]
+    Stability(StabilityArgs),
     /// Time the orbit
     #[command(after_help = "Example:\n  bregma bench skull.nrrd --iso 300 --json")]
     Bench(BenchArgs),
@@ -234,6 +237,14 @@ pub struct BenchArgs {
     /// One JSON object
     #[arg(long)]
     pub json: bool,
+}
+
+/// `bregma stability`.
+#[derive(Debug, Args)]
+pub struct StabilityArgs {
+    /// Folder to write into; made if it is not there
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
 }
 
 /// A render mode by name.

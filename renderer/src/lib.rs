@@ -12,6 +12,7 @@ mod occupancy;
 pub mod reference;
 mod roots;
 mod scene;
+pub mod stability;
 
 pub use camera::{Basis, Bounds, Camera, FOV_DEG, PixelAffine, PixelRays, Projection, Ray};
 pub use cpu::CpuRenderer;

@@ -275,6 +275,21 @@ fn bernstein(f: &[f64; 8], p: DVec3, q: DVec3) -> [f64; 4] {
     [at(p, p, p), (at(q, p, p) + at(p, q, p) + at(p, p, q)) / 3.0, (at(q, q, p) + at(q, p, q) + at(p, q, q)) / 3.0, at(q, q, q)]
 }
 
+/// Every crossing of a segment of a cell with the given corner values (corner x + 2y + 4z at (x, y, z); inside is ≥ 0), in order: u in
+/// [0, 1], and whether it enters. Starting inside counts as entering at 0.
+pub(crate) fn segment_crossings(corners: &[f64; 8], from: DVec3, to: DVec3) -> Vec<(f64, bool)> {
+    let b = bernstein(corners, from, to);
+    let mut is_inside = b[0] >= 0.0;
+    let mut crossings = if is_inside { vec![(0.0, true)] } else { vec![] };
+    isolate(b, 0.0, 0.0, 1.0, &mut |u, _, crosses| {
+        if crosses {
+            is_inside = !is_inside;
+            crossings.push((u, is_inside));
+        }
+    });
+    crossings
+}
+
 /// Halvings before two roots are taken as one: 2⁻⁴⁸ of a cell is finer than float64 places a point in a scan of 16 cells.
 const MAX_HALVINGS: f64 = 1.0 / (1_u64 << 48) as f64;
 

@@ -1,6 +1,6 @@
 //! `bregma demo`: the synthetic pair as files, with a session, pictures and a probe.
 
-use super::{CommandError, print, renderer, with_progress};
+use super::{CommandError, make_folder, print, renderer, with_progress};
 use crate::args::{Backend, DemoArgs};
 use crate::input::{Opened, Session, Source};
 use crate::output::{write_png, write_whole};
@@ -21,10 +21,7 @@ const PICTURE: u32 = 800;
 
 /// Writes the demo pair of `size` samples into `folder`.
 pub fn write_demo(folder: &Path, size: usize, backend: Backend) -> Result<(), CommandError> {
-    std::fs::create_dir_all(folder).map_err(|e| {
-        let reason = format!("{}: cannot be made ({e}); choose another folder", folder.display());
-        CommandError::File(reason)
-    })?;
+    make_folder(folder)?;
     let mut opened = with_progress("scanning", |progress| Opened::demo(size, progress))?;
     let names = ["a.nrrd", "b.nrrd"];
     for (volume, name) in opened.volumes.iter().zip(names) {

@@ -5,12 +5,14 @@ mod demo;
 mod info;
 mod probe;
 mod render;
+mod stability;
 
 pub use bench::bench;
 pub use demo::{demo, write_demo};
 pub use info::info;
 pub use probe::probe;
 pub use render::render;
+pub use stability::stability;
 
 use crate::args::{Backend, Isovalues};
 use crate::input::{InputError, Opened, Source};
@@ -19,6 +21,7 @@ use bregma_renderer::{CpuRenderer, GpuRenderer, RenderError, Renderer};
 use bregma_volume::Progress;
 use bregma_volume::formats::nrrd;
 use std::io::{IsTerminal, Write};
+use std::path::Path;
 use std::time::Duration;
 use thiserror::Error;
 
@@ -37,6 +40,9 @@ pub enum CommandError {
     /// A scan could not be written.
     #[error(transparent)]
     Scan(#[from] nrrd::WriteError),
+    /// The stability table.
+    #[error(transparent)]
+    Stability(#[from] bregma_renderer::stability::StabilityError),
     /// A registration flattens a volume.
     #[error("the transform of a volume cannot be used: {0}")]
     Grid(#[from] bregma_volume::GridError),
@@ -101,6 +107,12 @@ fn open(sources: &[Source], isovalues: &Isovalues) -> Result<Opened, CommandErro
     set_each(&mut opened.scene.layers, &isovalues.iso, "--iso", |layer, iso| layer.iso = *iso)?;
     warn(&opened.warnings());
     Ok(opened)
+}
+
+/// Makes a folder for outputs, if it is not there.
+fn make_folder(folder: &Path) -> Result<(), CommandError> {
+    let fail = |e| CommandError::File(format!("{}: cannot be made ({e}); choose another folder", folder.display()));
+    std::fs::create_dir_all(folder).map_err(fail)
 }
 
 /// Applies values that are given once for all, or once for each.

@@ -121,6 +121,18 @@ impl Gpu {
         }
     }
 
+    /// Waits for the submitted work, and gives the bytes of `buffer` to `read`.
+    pub fn read_buffer<T>(&self, buffer: &wgpu::Buffer, read: impl FnOnce(&[u8]) -> T) -> Result<T, GpuError> {
+        let (sender, receiver) = std::sync::mpsc::channel();
+        // The receiver outlives the wait below; a send to nobody would mean the wait failed, which is reported.
+        buffer.map_async(wgpu::MapMode::Read, .., move |mapped| drop(sender.send(mapped)));
+        self.wait()?;
+        receiver.try_recv().map_err(|e| self.failed(e.to_string()))?.map_err(|e| self.failed(e.to_string()))?;
+        let value = read(&buffer.get_mapped_range(..).map_err(|e| self.failed(e.to_string()))?);
+        buffer.unmap();
+        Ok(value)
+    }
+
     pub fn failed(&self, reason: String) -> GpuError {
         GpuError::Failed { adapter: self.info.name.clone(), reason }
     }

@@ -4,6 +4,7 @@
 mod device;
 mod layout;
 mod pipelines;
+mod segments;
 mod upload;
 
 use device::Gpu;
@@ -24,39 +25,48 @@ const TILE: u32 = 256;
 /// Tiles in one submission: about 0.2 s of a software driver, a few ms of a graphics card.
 const TILES_PER_SUBMISSION: usize = 8;
 
-/// The WGSL of the pass over a volume whose texture has components of type `component`, with one solver compiled in.
-fn trace_source(component: &str, solver: Solver) -> String {
-    macro_rules! wgsl {
-        ($name:literal) => {
-            include_str!(concat!("../../../shaders/", $name, ".wgsl"))
-        };
-    }
+macro_rules! wgsl {
+    ($name:literal) => {
+        include_str!(concat!("../../../shaders/", $name, ".wgsl"))
+    };
+}
+
+/// The WGSL of a solver that works within a cell; `None` for fixed steps.
+fn solver_source(solver: Solver) -> Option<String> {
     let count = |steps: Steps| match steps {
         Steps::Two => "2u",
         Steps::Three => "3u",
         Steps::Four => "4u",
     };
+    let source = match solver {
+        Solver::Exact => wgsl!("exact").to_owned(),
+        Solver::Linear => wgsl!("linear").to_owned(),
+        Solver::Neubauer(steps) => wgsl!("neubauer").replace("STEP_COUNT", count(steps)),
+        Solver::Marmitt(steps) => wgsl!("marmitt").replace("STEP_COUNT", count(steps)),
+        Solver::Analytic => wgsl!("analytic").to_owned(),
+        Solver::Step(_) => return None,
+    };
+    Some([wgsl!("interpolant"), wgsl!("bernstein"), &source].join("\n"))
+}
+
+/// The WGSL of the pass over a volume whose texture has components of type `component`, with one solver compiled in.
+fn trace_source(component: &str, solver: Solver) -> String {
     let per_voxel = |steps: PerVoxel| match steps {
         PerVoxel::One => "1.0",
         PerVoxel::Two => "2.0",
         PerVoxel::Four => "4.0",
         PerVoxel::Eight => "8.0",
     };
-    let in_cells = |solver: &str| [wgsl!("cells"), solver].join("\n");
-    let in_brick = match solver {
-        Solver::Exact => in_cells(wgsl!("exact")),
-        Solver::Linear => in_cells(wgsl!("linear")),
-        Solver::Neubauer(steps) => in_cells(&wgsl!("neubauer").replace("STEP_COUNT", count(steps))),
-        Solver::Marmitt(steps) => in_cells(&wgsl!("marmitt").replace("STEP_COUNT", count(steps))),
-        Solver::Analytic => in_cells(wgsl!("analytic")),
-        Solver::Step(steps) => wgsl!("steps").replace("PER_VOXEL", per_voxel(steps)),
+    let in_brick = match (solver, solver_source(solver)) {
+        (Solver::Step(steps), _) => [wgsl!("interpolant"), &wgsl!("steps").replace("PER_VOXEL", per_voxel(steps))].join("\n"),
+        (_, source) => [source.as_deref().unwrap_or_default(), wgsl!("cells")].join("\n"),
     };
     let walk = wgsl!("walk").replace("SAMPLE", component);
-    [wgsl!("line"), wgsl!("interpolant"), wgsl!("bernstein"), &in_brick, &walk, wgsl!("trace")].join("\n")
+    [wgsl!("line"), &in_brick, &walk, wgsl!("trace")].join("\n")
 }
 
 /// The WGSL of the shading pass.
-const SHADE: &str = include_str!("../../../shaders/shade.wgsl");
+const SHADE: &str = wgsl!("shade");
 
 /// Draws on the GPU. Keeps volumes, distance maps and pictures there between frames.
 #[derive(Debug)]

@@ -25,12 +25,16 @@ pub(super) struct Pipelines {
     shade: wgpu::ComputePipeline,
 }
 
-fn entry(binding: u32, ty: BindingType) -> BindGroupLayoutEntry {
+pub(super) fn entry(binding: u32, ty: BindingType) -> BindGroupLayoutEntry {
     BindGroupLayoutEntry { binding, visibility: wgpu::ShaderStages::COMPUTE, ty, count: None }
 }
 
 fn buffer(ty: BufferBindingType, has_dynamic_offset: bool) -> BindingType {
     BindingType::Buffer { ty, has_dynamic_offset, min_binding_size: None }
+}
+
+pub(super) fn storage(read_only: bool) -> BindingType {
+    buffer(BufferBindingType::Storage { read_only }, false)
 }
 
 fn volume_texture(sample_type: TextureSampleType) -> BindingType {
@@ -46,7 +50,12 @@ const COLOR: TextureFormat = TextureFormat::Rgba8Unorm;
 const DEPTH: TextureFormat = TextureFormat::R32Float;
 const ID: TextureFormat = TextureFormat::R32Uint;
 
-fn compile(gpu: &Gpu, name: &str, source: &str, entries: &[BindGroupLayoutEntry]) -> (wgpu::BindGroupLayout, wgpu::ComputePipeline) {
+pub(super) fn compile(
+    gpu: &Gpu,
+    name: &str,
+    source: &str,
+    entries: &[BindGroupLayoutEntry],
+) -> (wgpu::BindGroupLayout, wgpu::ComputePipeline) {
     let device = &gpu.device;
     let source = wgpu::ShaderSource::Wgsl(source.into());
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(name), source });
@@ -69,8 +78,8 @@ impl Pipelines {
     pub fn new(gpu: &Gpu) -> Self {
         let entries = [
             entry(0, buffer(BufferBindingType::Uniform, true)),
-            entry(1, buffer(BufferBindingType::Storage { read_only: true }, false)),
-            entry(2, buffer(BufferBindingType::Storage { read_only: true }, false)),
+            entry(1, storage(true)),
+            entry(2, storage(true)),
             entry(3, picture_texture(COLOR)),
             entry(4, picture_texture(DEPTH)),
             entry(5, picture_texture(ID)),
@@ -93,7 +102,7 @@ impl Pipelines {
             entry(0, buffer(BufferBindingType::Uniform, true)),
             entry(1, volume_texture(sample_type)),
             entry(2, volume_texture(TextureSampleType::Uint)),
-            entry(3, buffer(BufferBindingType::Storage { read_only: false }, false)),
+            entry(3, storage(false)),
         ];
         let (layout, pipeline) = compile(gpu, "trace", &trace_source(component, solver), &entries);
         self.trace.push(Trace { component, solver, layout, pipeline });
@@ -193,7 +202,7 @@ fn aligned_buffer<T: bytemuck::Pod>(gpu: &Gpu, items: &[T]) -> (wgpu::Buffer, u3
     (filled_buffer(gpu, &bytes, BufferUsages::UNIFORM), step)
 }
 
-fn filled_buffer(gpu: &Gpu, bytes: &[u8], usage: BufferUsages) -> wgpu::Buffer {
+pub(super) fn filled_buffer(gpu: &Gpu, bytes: &[u8], usage: BufferUsages) -> wgpu::Buffer {
     let descriptor = wgpu::BufferDescriptor {
         label: Some("parameters"),
         size: bytes.len() as u64,
@@ -253,13 +262,7 @@ impl Target {
             encoder.copy_texture_to_buffer(texture.as_image_copy(), wgpu::TexelCopyBufferInfo { buffer: &self.readback, layout }, size);
         }
         gpu.queue.submit([encoder.finish()]);
-        let (sender, receiver) = std::sync::mpsc::channel();
-        // The receiver outlives the wait below; a send to nobody would mean the wait failed, which is reported.
-        self.readback.map_async(wgpu::MapMode::Read, .., move |mapped| drop(sender.send(mapped)));
-        gpu.wait()?;
-        receiver.try_recv().map_err(|e| gpu.failed(e.to_string()))?.map_err(|e| gpu.failed(e.to_string()))?;
-        let picture = {
-            let bytes = self.readback.get_mapped_range(..).map_err(|e| gpu.failed(e.to_string()))?;
+        gpu.read_buffer(&self.readback, |bytes| {
             let used = (self.width * PIXEL_BYTES) as usize;
             let pixels = |n: u64| {
                 let plane = &bytes[(n * plane) as usize..((n + 1) * plane) as usize];
@@ -276,9 +279,7 @@ impl Target {
                 depth_mm: pixels(1).enumerate().map(depth_mm).collect(),
                 volume_id: pixels(2).map(|p| p[0]).collect(),
             }
-        };
-        self.readback.unmap();
-        Ok(picture)
+        })
     }
 }
 

@@ -19,8 +19,10 @@ impl FirstEntry for Analytic {
         if !b.iter().any(|&c| inside(c)) {
             return None;
         }
-        let u = roots(b).into_iter().map(parameter).fold(NONE, f32::min);
-        (u <= 1.0).then_some(u)
+        // Scaled to 1: products of four coefficients would vanish for values of 1e-10, and overflow for 1e10.
+        let largest = b.iter().fold(0.0_f32, |m, c| m.max(c.abs()));
+        let u = roots(b.map(|c| c / largest)).into_iter().map(parameter).fold(NONE, f32::min);
+        (0.0..=1.0).contains(&u).then_some(u)
     }
 }
 
