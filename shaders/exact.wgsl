@@ -44,7 +44,7 @@ fn turning_points(b: vec4<f32>) -> vec2<f32> {
     return vec2<f32>(min(e, f), max(e, f));
 }
 
-const MAX_STEPS: u32 = 10u;
+const MAX_STEPS: u32 = 20u;
 const STEP_TOLERANCE: f32 = 1e-6;
 
 // The crossing in (low, high), where the cubic is monotonic and the ends lie on different sides.
