@@ -30,7 +30,10 @@ struct ShadeLayer {
     id: u32,
 }
 
-@group(0) @binding(0) var<uniform> params: ShadeParams;
+@group(0) @binding(0) var<storage, read> tiles: array<ShadeParams>;
+// Those of this invocation's tile.
+var<private> params: ShadeParams;
+
 @group(0) @binding(1) var<storage, read> hits: array<vec4<f32>>;
 @group(0) @binding(2) var<storage, read> layers: array<ShadeLayer>;
 @group(0) @binding(3) var color_out: texture_storage_2d<rgba8unorm, write>;
@@ -84,12 +87,16 @@ fn encode(color: vec4<f32>) -> vec4<f32> {
     return vec4<f32>(select(high, low, straight <= vec3<f32>(0.0031308)), c.a);
 }
 
+// A tile has at most 256 × 256 pixels.
+const TILE_PIXELS: u32 = 65536u;
+
 @compute @workgroup_size(8, 8)
 fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
+    params = tiles[id.z];
     if any(id.xy >= params.tile) {
         return;
     }
-    let pixel = id.y * params.tile.x + id.x;
+    let pixel = id.z * TILE_PIXELS + id.y * params.tile.x + id.x;
     let view = normalize(params.view_base + f32(id.x) * params.view_per_x + f32(id.y) * params.view_per_y);
     var color = vec4<f32>(0.0);
     var s = NO_DEPTH;

@@ -1,4 +1,4 @@
-// One pass for one volume over one tile: the first hit of every pixel, with its normal.
+// One pass for one volume over a batch of tiles: the first hit of every pixel, with its normal.
 
 struct TraceParams {
     origin: PixelAffine,
@@ -21,16 +21,23 @@ struct TraceParams {
     zero: u32,
 }
 
-@group(0) @binding(0) var<uniform> params: TraceParams;
+@group(0) @binding(0) var<storage, read> tiles: array<TraceParams>;
+// Those of this invocation's tile.
+var<private> params: TraceParams;
+
 // Outward world normal and s; s < 0 where nothing was hit, a zero normal where the eye is inside bone.
 @group(0) @binding(3) var<storage, read_write> hits: array<vec4<f32>>;
 
+// A tile has at most 256 × 256 pixels.
+const TILE_PIXELS: u32 = 65536u;
+
 @compute @workgroup_size(8, 8)
 fn trace(@builtin(global_invocation_id) id: vec3<u32>) {
+    params = tiles[id.z];
     if any(id.xy >= params.tile) {
         return;
     }
-    let pixel = id.y * params.tile.x + id.x;
+    let pixel = id.z * TILE_PIXELS + id.y * params.tile.x + id.x;
     // What lies behind an opaque hit is not asked for.
     var s_max = params.s_max;
     if params.only_nearest == 1u {

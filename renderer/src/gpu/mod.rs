@@ -1,5 +1,5 @@
-//! The GPU renderer: one compute pass for each volume and one for shading, tile by tile, so that no dispatch comes near the
-//! time after which operating systems kill it.
+//! The GPU renderer: one compute pass for each volume and one for shading, a batch of tiles at a time, so that no dispatch comes near
+//! the time after which operating systems kill it.
 
 mod device;
 mod layout;
@@ -12,7 +12,7 @@ pub use device::GpuError;
 use layout::{PixelAffinePairs, ShadeLayer, ShadeParams, TraceParams, padded, padded_matrix};
 use pipelines::{Pipelines, Target};
 
-use crate::frame::{Frame, MapCache};
+use crate::frame::{Frame, FrameLayer, MapCache};
 use crate::occupancy::DistanceMap;
 use crate::roots::{PerVoxel, Solver, Steps};
 use crate::scene::{Mode, Picture, Scene};
@@ -22,8 +22,8 @@ use std::sync::{Arc, Weak};
 
 /// Side of a tile in pixels; below 256 pixel numbers have 8 bits, which keeps ray set-up exact (see `line.wgsl`).
 const TILE: u32 = 256;
-/// Tiles in one submission: about 0.2 s of a software driver, a few ms of a graphics card.
-const TILES_PER_SUBMISSION: usize = 8;
+/// Tiles in one dispatch: about 0.2 s of a software driver, a few ms of a graphics card.
+const BATCH: u64 = 8;
 
 macro_rules! wgsl {
     ($name:literal) => {
@@ -108,43 +108,41 @@ impl GpuRenderer {
             let map = self.map_texture(&layer.map)?;
             volumes.push((samples, map, upload::kind_of(layer.surface.volume.samples()).1));
         }
-        let hit_bytes = pipelines::hit_bytes(layers.len());
         let limit = self.gpu.device.limits().max_storage_buffer_binding_size;
-        if hit_bytes > limit {
+        let batch = (limit / pipelines::hit_bytes(layers.len())).min(BATCH);
+        if batch == 0 {
             return Err(GpuError::TooManyVolumes { count: layers.len(), most: (limit / pipelines::hit_bytes(1)) as usize });
         }
         let target = match self.target.take() {
             Some(t) if t.width == width && t.height == height => t,
             _ => Target::new(&self.gpu, width, height),
         };
-        let stride = TILE * TILE;
+        let stride = TILE * TILE * batch as u32;
         let tiles: Vec<[u32; 4]> = (0..height)
             .step_by(TILE as usize)
             .flat_map(|y| (0..width).step_by(TILE as usize).map(move |x| [x, y, TILE.min(width - x), TILE.min(height - y)]))
             .collect();
-        let trace: Vec<TraceParams> = tiles
-            .iter()
-            .flat_map(|&[x, y, w, h]| layers.iter().enumerate().map(move |(pass, layer)| (x, y, w, h, pass, layer)))
-            .map(|(x, y, w, h, pass, layer)| {
-                let rays = layer.rays.from_pixel(x, y);
-                TraceParams {
-                    origin: PixelAffinePairs::new(&rays.origin),
-                    direction: PixelAffinePairs::new(&rays.direction),
-                    normal_to_world: padded_matrix(layer.normal_to_world),
-                    dims: layer.surface.grid.dims().map(|n| n as i32),
-                    level: layer.level,
-                    bricks: layer.map.dims().map(|n| n as i32),
-                    sign: layer.surface.sign,
-                    tile: [w, h],
-                    pass_number: pass as u32,
-                    stride,
-                    s_max: frame.s_max,
-                    only_nearest: u32::from(frame.only_nearest),
-                    zero: 0,
-                    padding: 0,
-                }
-            })
-            .collect();
+        let trace_tile = |layer: &FrameLayer, pass: usize, [x, y, w, h]: [u32; 4]| {
+            let rays = layer.rays.from_pixel(x, y);
+            TraceParams {
+                origin: PixelAffinePairs::new(&rays.origin),
+                direction: PixelAffinePairs::new(&rays.direction),
+                normal_to_world: padded_matrix(layer.normal_to_world),
+                dims: layer.surface.grid.dims().map(|n| n as i32),
+                level: layer.level,
+                bricks: layer.map.dims().map(|n| n as i32),
+                sign: layer.surface.sign,
+                tile: [w, h],
+                pass_number: pass as u32,
+                stride,
+                s_max: frame.s_max,
+                only_nearest: u32::from(frame.only_nearest),
+                zero: 0,
+                padding: 0,
+            }
+        };
+        let trace: Vec<Vec<TraceParams>> =
+            layers.iter().enumerate().map(|(pass, layer)| tiles.iter().map(|&tile| trace_tile(layer, pass, tile)).collect()).collect();
         let shade: Vec<ShadeParams> = tiles
             .iter()
             .map(|&[x, y, w, h]| {
@@ -172,7 +170,7 @@ impl GpuRenderer {
             .iter()
             .map(|l| ShadeLayer { color: l.color.extend(l.opacity).to_array(), id: l.index as u32 + 1, padding: [0; 3] })
             .collect();
-        self.pipelines.run(&self.gpu, scene.solver, &volumes, &trace, &shade, &colors, &target, &tiles);
+        self.pipelines.run(&self.gpu, scene.solver, &volumes, &trace, &shade, &colors, &target, batch as usize);
         let picture = target.read(&self.gpu, frame)?;
         self.target = Some(target);
         Ok(picture)

@@ -2,7 +2,7 @@
 
 use super::device::{Gpu, GpuError};
 use super::layout::{ShadeLayer, ShadeParams, TraceParams};
-use super::{SHADE, TILE, TILES_PER_SUBMISSION, trace_source};
+use super::{SHADE, TILE, trace_source};
 use crate::frame::Frame;
 use crate::roots::Solver;
 use crate::scene::Picture;
@@ -29,12 +29,12 @@ pub(super) fn entry(binding: u32, ty: BindingType) -> BindGroupLayoutEntry {
     BindGroupLayoutEntry { binding, visibility: wgpu::ShaderStages::COMPUTE, ty, count: None }
 }
 
-fn buffer(ty: BufferBindingType, has_dynamic_offset: bool) -> BindingType {
-    BindingType::Buffer { ty, has_dynamic_offset, min_binding_size: None }
+pub(super) fn storage(read_only: bool) -> BindingType {
+    BindingType::Buffer { ty: BufferBindingType::Storage { read_only }, has_dynamic_offset: false, min_binding_size: None }
 }
 
-pub(super) fn storage(read_only: bool) -> BindingType {
-    buffer(BufferBindingType::Storage { read_only }, false)
+fn bound(binding: u32, resource: wgpu::BindingResource<'_>) -> BindGroupEntry<'_> {
+    BindGroupEntry { binding, resource }
 }
 
 fn volume_texture(sample_type: TextureSampleType) -> BindingType {
@@ -77,7 +77,7 @@ pub(super) fn compile(
 impl Pipelines {
     pub fn new(gpu: &Gpu) -> Self {
         let entries = [
-            entry(0, buffer(BufferBindingType::Uniform, true)),
+            entry(0, storage(true)),
             entry(1, storage(true)),
             entry(2, storage(true)),
             entry(3, picture_texture(COLOR)),
@@ -99,7 +99,7 @@ impl Pipelines {
             _ => TextureSampleType::Float { filterable: false },
         };
         let entries = [
-            entry(0, buffer(BufferBindingType::Uniform, true)),
+            entry(0, storage(true)),
             entry(1, volume_texture(sample_type)),
             entry(2, volume_texture(TextureSampleType::Uint)),
             entry(3, storage(false)),
@@ -109,78 +109,67 @@ impl Pipelines {
         self.trace.len() - 1
     }
 
-    /// Runs all passes over all tiles. `trace` holds, tile by tile, one entry for each of `volumes` (samples, map, component type).
+    /// Runs all passes over all tiles, `batch` of them in one dispatch. `trace` holds, for each of `volumes` (samples, map, component
+    /// type), one entry for each tile; `shade` one for each tile; `colors` one for each volume.
     #[expect(clippy::too_many_arguments, reason = "each is a different part of one picture")]
     pub fn run(
         &mut self,
         gpu: &Gpu,
         solver: Solver,
         volumes: &[(wgpu::Texture, wgpu::Texture, &'static str)],
-        trace: &[TraceParams],
+        trace: &[Vec<TraceParams>],
         shade: &[ShadeParams],
         colors: &[ShadeLayer],
         target: &Target,
-        tiles: &[[u32; 4]],
+        batch: usize,
     ) {
         let hits = gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("hits"),
-            size: hit_bytes(volumes.len()),
+            size: batch as u64 * hit_bytes(volumes.len()),
             usage: BufferUsages::STORAGE,
             mapped_at_creation: false,
         });
-        let (trace_buffer, trace_step) = aligned_buffer(gpu, trace);
-        let (shade_buffer, shade_step) = aligned_buffer(gpu, shade);
         let unused = [ShadeLayer { color: [0.0; 4], id: 0, padding: [0; 3] }];
         let colors = bytemuck::cast_slice(if colors.is_empty() { &unused } else { colors });
-        let colors_buffer = filled_buffer(gpu, colors, BufferUsages::STORAGE);
-        let view = |t: &wgpu::Texture| t.create_view(&Default::default());
-        let one = |buffer, size: usize| {
-            let size = std::num::NonZeroU64::new(size as u64);
-            wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset: 0, size })
-        };
+        let colors = filled_buffer(gpu, colors, BufferUsages::STORAGE);
         let numbers: Vec<usize> = volumes.iter().map(|(.., component)| self.trace(gpu, component, solver)).collect();
-        let passes: Vec<(&Trace, wgpu::BindGroup)> = volumes
-            .iter()
-            .zip(numbers)
-            .map(|((samples, map, _), number)| {
-                let trace = &self.trace[number];
-                let (samples, map) = (view(samples), view(map));
-                let entries = [
-                    BindGroupEntry { binding: 0, resource: one(&trace_buffer, size_of::<TraceParams>()) },
-                    BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(&samples) },
-                    BindGroupEntry { binding: 2, resource: wgpu::BindingResource::TextureView(&map) },
-                    BindGroupEntry { binding: 3, resource: hits.as_entire_binding() },
-                ];
-                let group = wgpu::BindGroupDescriptor { label: Some("trace"), layout: &trace.layout, entries: &entries };
-                (trace, gpu.device.create_bind_group(&group))
-            })
-            .collect();
+        let view = |t: &wgpu::Texture| t.create_view(&Default::default());
+        let volumes: Vec<_> = volumes.iter().map(|(samples, map, _)| (view(samples), view(map))).collect();
         let [color, depth, id] = [&target.color, &target.depth, &target.id].map(view);
-        let entries = [
-            BindGroupEntry { binding: 0, resource: one(&shade_buffer, size_of::<ShadeParams>()) },
-            BindGroupEntry { binding: 1, resource: hits.as_entire_binding() },
-            BindGroupEntry { binding: 2, resource: colors_buffer.as_entire_binding() },
-            BindGroupEntry { binding: 3, resource: wgpu::BindingResource::TextureView(&color) },
-            BindGroupEntry { binding: 4, resource: wgpu::BindingResource::TextureView(&depth) },
-            BindGroupEntry { binding: 5, resource: wgpu::BindingResource::TextureView(&id) },
-        ];
-        let group = wgpu::BindGroupDescriptor { label: Some("shade"), layout: &self.shade_layout, entries: &entries };
-        let shade_group = gpu.device.create_bind_group(&group);
-        for (batch, part) in tiles.chunks(TILES_PER_SUBMISSION).enumerate() {
+        let group = |layout, entries: &[BindGroupEntry<'_>]| {
+            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("tiles"), layout, entries })
+        };
+        let texture = wgpu::BindingResource::TextureView;
+        for first in (0..shade.len()).step_by(batch) {
+            let tiles = first..(first + batch).min(shade.len());
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
             let mut pass = encoder.begin_compute_pass(&Default::default());
-            for (n, &[_, _, w, h]) in part.iter().enumerate() {
-                let tile = batch * TILES_PER_SUBMISSION + n;
-                let (groups_x, groups_y) = (w.div_ceil(8), h.div_ceil(8));
-                for (p, (trace, group)) in passes.iter().enumerate() {
-                    pass.set_pipeline(&trace.pipeline);
-                    pass.set_bind_group(0, group, &[(tile * passes.len() + p) as u32 * trace_step]);
-                    pass.dispatch_workgroups(groups_x, groups_y, 1);
-                }
-                pass.set_pipeline(&self.shade);
-                pass.set_bind_group(0, &shade_group, &[tile as u32 * shade_step]);
-                pass.dispatch_workgroups(groups_x, groups_y, 1);
+            let mut dispatch = |pipeline: &wgpu::ComputePipeline, group: wgpu::BindGroup| {
+                pass.set_pipeline(pipeline);
+                pass.set_bind_group(0, &group, &[]);
+                pass.dispatch_workgroups(TILE / 8, TILE / 8, tiles.len() as u32);
+            };
+            for ((number, (samples, map)), params) in numbers.iter().zip(&volumes).zip(trace) {
+                let trace = &self.trace[*number];
+                let params = filled_buffer(gpu, bytemuck::cast_slice(&params[tiles.clone()]), BufferUsages::STORAGE);
+                let entries = [
+                    bound(0, params.as_entire_binding()),
+                    bound(1, texture(samples)),
+                    bound(2, texture(map)),
+                    bound(3, hits.as_entire_binding()),
+                ];
+                dispatch(&trace.pipeline, group(&trace.layout, &entries));
             }
+            let params = filled_buffer(gpu, bytemuck::cast_slice(&shade[tiles.clone()]), BufferUsages::STORAGE);
+            let entries = [
+                bound(0, params.as_entire_binding()),
+                bound(1, hits.as_entire_binding()),
+                bound(2, colors.as_entire_binding()),
+                bound(3, texture(&color)),
+                bound(4, texture(&depth)),
+                bound(5, texture(&id)),
+            ];
+            dispatch(&self.shade, group(&self.shade_layout, &entries));
             drop(pass);
             gpu.queue.submit([encoder.finish()]);
         }
@@ -190,16 +179,6 @@ impl Pipelines {
 /// Bytes of the hits of a tile: 16 for each pixel and pass, and never none.
 pub(super) fn hit_bytes(passes: usize) -> u64 {
     u64::from(TILE * TILE) * 16 * passes.max(1) as u64
-}
-
-/// A uniform buffer of `items` and the bytes from one to the next, as dynamic offsets must be aligned.
-fn aligned_buffer<T: bytemuck::Pod>(gpu: &Gpu, items: &[T]) -> (wgpu::Buffer, u32) {
-    let step = (size_of::<T>() as u32).next_multiple_of(gpu.device.limits().min_uniform_buffer_offset_alignment);
-    let mut bytes = vec![0; step as usize * items.len().max(1)];
-    for (slot, item) in bytes.chunks_mut(step as usize).zip(items) {
-        slot[..size_of::<T>()].copy_from_slice(bytemuck::bytes_of(item));
-    }
-    (filled_buffer(gpu, &bytes, BufferUsages::UNIFORM), step)
 }
 
 pub(super) fn filled_buffer(gpu: &Gpu, bytes: &[u8], usage: BufferUsages) -> wgpu::Buffer {
