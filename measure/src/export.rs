@@ -28,15 +28,7 @@ pub fn table(d: &DifferenceRay) -> String {
             line(format_args!("  {:>4} {:>10} {:>10} {:>10} {:>9}", "bone", "from mm", "to mm", "length mm", "± mm"));
         }
         for (n, s) in v.segments.iter().enumerate() {
-            line(format_args!(
-                "  {:>4} {:>10.3} {:>10.3} {:>10.3} {:>9.3}{}",
-                n + 1,
-                s.from_mm,
-                s.to_mm,
-                s.length_mm,
-                s.error_mm,
-                flags(s)
-            ));
+            line(format_args!("  {}", row(n, s)));
         }
     }
     line(format_args!("\n{:>10} {:>10} {:>10}  inside", "from mm", "to mm", "length mm"));
@@ -54,22 +46,17 @@ pub fn table_of_rays(rays: &[DifferenceRay]) -> String {
     for (r, d) in rays.iter().enumerate() {
         for v in &d.volumes {
             for (n, s) in v.segments.iter().enumerate() {
-                let row = format!(
-                    "{:>6} {:<24} {:>4} {:>10.3} {:>10.3} {:>10.3} {:>9.3}{}\n",
-                    r + 1,
-                    v.name,
-                    n + 1,
-                    s.from_mm,
-                    s.to_mm,
-                    s.length_mm,
-                    s.error_mm,
-                    flags(s)
-                );
+                let row = format!("{:>6} {:<24} {}\n", r + 1, v.name, row(n, s));
                 out.push_str(&row);
             }
         }
     }
     out
+}
+
+/// Segment `n`, counted from 0: number, from, to, length, error and what must be known about it.
+fn row(n: usize, s: &Segment) -> String {
+    format!("{:>4} {:>10.3} {:>10.3} {:>10.3} {:>9.3}{}", n + 1, s.from_mm, s.to_mm, s.length_mm, s.error_mm, flags(s))
 }
 
 /// What a reader must know about a segment before using its length.
@@ -81,8 +68,7 @@ pub fn flags(s: &Segment) -> String {
 }
 
 /// The columns of [`csv_rows`].
-pub const CSV_HEADER: &str =
-    "ray,volume,segment,iso,from_mm,to_mm,length_mm,error_mm,root_error_mm,threshold_error_mm,iso_tolerance,clipped,below_resolution";
+pub const CSV_HEADER: &str = "ray,volume,segment,iso,from_mm,to_mm,length_mm,error_mm,root_error_mm,threshold_error_mm,iso_tolerance,clipped,from_origin,below_resolution";
 
 /// One row for each bone segment of the ray with number `ray`.
 pub fn csv_rows(ray: usize, d: &DifferenceRay) -> String {
@@ -91,7 +77,7 @@ pub fn csv_rows(ray: usize, d: &DifferenceRay) -> String {
     for v in &d.volumes {
         for (n, s) in v.segments.iter().enumerate() {
             let row = format!(
-                "{ray},{},{},{},{},{},{},{},{},{},{},{},{}\n",
+                "{ray},{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
                 quoted(&v.name),
                 n + 1,
                 v.iso,
@@ -103,6 +89,7 @@ pub fn csv_rows(ray: usize, d: &DifferenceRay) -> String {
                 s.threshold_error_mm,
                 v.iso_tolerance,
                 s.clipped,
+                s.from_origin,
                 s.below_resolution
             );
             out.push_str(&row);

@@ -67,6 +67,9 @@ fn index_line(surface: &Surface, ray: &Ray) -> IndexLine {
     IndexLine { origin: surface.grid.index(ray.origin).0, direction: to_index.transform_vector3(ray.direction) }
 }
 
+/// Positions of a few thousand voxels, mapped to the world and back, are good to 1e-12 of themselves.
+const AT_FACE_VOXEL: f64 = 1e-9;
+
 /// Where `ray` (t ≥ 0) is inside the box of the surface's volume; `None` when it misses, or the volume has no cells.
 pub fn box_span(surface: &Surface, ray: &Ray) -> Option<BoxSpan> {
     let line = index_line(surface, ray);
@@ -81,8 +84,10 @@ pub fn box_span(surface: &Surface, ray: &Ray) -> Option<BoxSpan> {
         }
         let (near, far, side) = if d > 0.0 { (0.0, n, 1.0) } else { (n, 0.0, -1.0) };
         let (t_near, t_far) = ((near - o) / d, (far - o) / d);
-        if t_near > span.t_mm[0] {
-            (span.t_mm[0], span.faces[0]) = (t_near, Some((axis, -side)));
+        // A ray that begins within rounding of a face begins at it.
+        let begins_here = span.faces[0].is_none() && (near - o).abs() <= AT_FACE_VOXEL;
+        if t_near > span.t_mm[0] || begins_here {
+            (span.t_mm[0], span.faces[0]) = (t_near.max(span.t_mm[0]), Some((axis, -side)));
         }
         if t_far < span.t_mm[1] {
             (span.t_mm[1], span.faces[1]) = (t_far, Some((axis, side)));

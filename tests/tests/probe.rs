@@ -177,9 +177,14 @@ fn bone_cut_by_the_scans_edge_is_said_to_be() {
         bregma_tests::volume("half", grid, bregma_volume::Samples::I16((0..64).map(|n| if n % 4 < 2 { 100 } else { -100 }).collect()));
     let layers = [Layer { iso: 0.0, ..Layer::new(&volume, 0, 1) }];
     let ray = Ray::new(WorldPoint(DVec3::new(-5.0, 3.0, 3.0)), DVec3::X).unwrap();
-    let segments = &probe(&[volume], &layers, &ray).unwrap().volumes[0].segments;
+    let volumes = [volume];
+    let segments = &probe(&volumes, &layers, &ray).unwrap().volumes[0].segments;
     assert_eq!(segments.len(), 1);
     let s = segments[0];
+    // Begun at the face itself, as rays of a click are.
+    let there = Ray { origin: ray.at(s.from_mm), ..ray };
+    let again = probe(&volumes, &layers, &there).unwrap().volumes[0].segments[0];
+    assert!(again.clipped && !again.from_origin && (again.length_mm - 3.0).abs() < 1e-12, "{again:?}");
     assert!(s.clipped && (s.from_mm - 5.0).abs() < 1e-12 && (s.length_mm - 3.0).abs() < 1e-12, "{s:?}");
 }
 
