@@ -81,6 +81,9 @@ const TIMEOUT: Duration = Duration::from_secs(60);
 impl Gpu {
     /// Opens the fastest adapter; a software driver only if `software` allows it.
     pub fn open(software: bool) -> Result<Self, GpuError> {
+        if !software && !may_have_card() {
+            return Err(GpuError::NoAdapter);
+        }
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle().with_env());
         let options = wgpu::RequestAdapterOptions { power_preference: wgpu::PowerPreference::HighPerformance, ..Default::default() };
         let adapter = pollster::block_on(instance.request_adapter(&options)).map_err(|_| GpuError::NoAdapter)?;
@@ -136,6 +139,12 @@ impl Gpu {
     pub fn failed(&self, reason: String) -> GpuError {
         GpuError::Failed { adapter: self.info.name.clone(), reason }
     }
+}
+
+/// On Linux every graphics card shows as one of these devices. Without one the driver loader need not be asked, which takes time and,
+/// on a machine without a desktop, complains on standard error.
+fn may_have_card() -> bool {
+    !cfg!(target_os = "linux") || ["/dev/dri", "/dev/nvidiactl", "/dev/dxg"].iter().any(|device| std::path::Path::new(device).exists())
 }
 
 fn one_line(text: &str) -> String {
