@@ -59,7 +59,7 @@ pub struct Row {
 }
 
 /// A small deterministic generator (PCG, O'Neill 2014).
-pub struct Random(u64);
+pub(crate) struct Random(pub u64);
 
 impl Random {
     fn bits(&mut self) -> u32 {
@@ -69,8 +69,13 @@ impl Random {
     }
 
     /// Uniform in [0, 1).
-    fn unit(&mut self) -> f32 {
+    pub fn unit(&mut self) -> f32 {
         (self.bits() >> 8) as f32 / 16_777_216.0
+    }
+
+    /// Uniform in the unit cell.
+    pub fn point(&mut self) -> Vec3 {
+        Vec3::new(self.unit(), self.unit(), self.unit())
     }
 
     /// Uniform in [−1, 1).
@@ -86,7 +91,7 @@ impl Random {
 /// A chord between two different faces of the cell.
 fn chord(r: &mut Random) -> (Vec3, Vec3) {
     let mut on_face = |face: u32| {
-        let mut p = Vec3::new(r.unit(), r.unit(), r.unit());
+        let mut p = r.point();
         p[face as usize / 2] = (face % 2) as f32;
         p
     };

@@ -28,7 +28,7 @@ impl Wish {
 pub struct Painted {
     /// Its pixels.
     pub picture: Picture,
-    /// The same for the screen.
+    /// The same for the screen, which takes it.
     pub image: ColorImage,
     /// One pixel stands for this many across and down; 1 is exact.
     pub reduction: u32,

@@ -26,12 +26,13 @@ const REST_S: f64 = 0.2;
 
 impl View {
     /// Takes a new picture to the screen.
-    pub fn take(&mut self, ctx: &egui::Context, painted: Painted) {
+    pub fn take(&mut self, ctx: &egui::Context, mut painted: Painted) {
         // Exact pixels stand one to one on the screen; a preview is smoothed.
         let options = if painted.reduction == 1 { TextureOptions::NEAREST } else { TextureOptions::LINEAR };
+        let image = std::mem::take(&mut painted.image);
         match &mut self.texture {
-            Some(texture) => texture.set(painted.image.clone(), options),
-            none => *none = Some(ctx.load_texture("picture", painted.image.clone(), options)),
+            Some(texture) => texture.set(image, options),
+            none => *none = Some(ctx.load_texture("picture", image, options)),
         }
         self.painted = Some(painted);
     }

@@ -32,15 +32,16 @@ pub(super) fn bernstein(f: &[f32; 8], p: Vec3, q: Vec3) -> [f32; 4] {
 mod tests {
     use super::super::exact::value;
     use super::super::inside;
-    use super::super::tests::{Random, trilinear_f64};
+    use super::super::tests::trilinear_f64;
     use super::*;
+    use crate::stability::Random;
 
     #[test]
     fn the_blossom_is_the_interpolant_along_the_segment() {
         // Fails if a corner, an average or an end point is taken wrongly.
         let mut random = Random(1);
         for _ in 0..10_000 {
-            let f: [f32; 8] = std::array::from_fn(|_| random.next() * 2000.0 - 1000.0);
+            let f: [f32; 8] = std::array::from_fn(|_| random.unit() * 2000.0 - 1000.0);
             let (p, q) = (random.point(), random.point());
             let b = bernstein(&f, p, q);
             for i in 0..=8 {
@@ -57,8 +58,8 @@ mod tests {
         let mut random = Random(2);
         for _ in 0..100_000 {
             let (left, middle, right): ([f32; 4], [f32; 4], [f32; 4]) =
-                std::array::from_fn::<_, 3, _>(|_| std::array::from_fn(|_| (random.next() * 5.0).floor() - 2.0)).into();
-            let face = Vec3::new(1.0, random.next(), random.next());
+                std::array::from_fn::<_, 3, _>(|_| std::array::from_fn(|_| (random.unit() * 5.0).floor() - 2.0)).into();
+            let face = Vec3::new(1.0, random.unit(), random.unit());
             let cell = |l: &[f32; 4], r: &[f32; 4]| std::array::from_fn(|c| if c & 1 == 0 { l[c / 2] } else { r[c / 2] });
             let exit = bernstein(&cell(&left, &middle), random.point().with_x(0.0), face)[3];
             let entry = bernstein(&cell(&middle, &right), face.with_x(0.0), random.point().with_x(1.0))[0];
@@ -72,7 +73,7 @@ mod tests {
         // Fails if interpolation may round across zero: a false hit in empty space.
         let mut random = Random(3);
         for _ in 0..100_000 {
-            let tiny = |r: &mut Random| -(10.0_f32).powf(r.next() * 14.0 - 9.0);
+            let tiny = |r: &mut Random| -(10.0_f32).powf(r.unit() * 14.0 - 9.0);
             let f: [f32; 8] = std::array::from_fn(|_| tiny(&mut random));
             let b = bernstein(&f, random.point(), random.point());
             assert!(b.iter().all(|&c| c < 0.0), "{f:?} {b:?}");

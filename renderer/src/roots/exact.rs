@@ -105,8 +105,9 @@ fn first_entry(b: &[f32; 4]) -> Option<f32> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{Random, trilinear_f64};
+    use super::super::tests::trilinear_f64;
     use super::*;
+    use crate::stability::Random;
 
     #[test]
     fn first_entries_match_dense_sampling_in_float64() {
@@ -116,8 +117,8 @@ mod tests {
         let (mut tested, mut worst) = (0, 0.0_f64);
         for n in 0..60_000 {
             let f: [f32; 8] = match n % 2 {
-                0 => std::array::from_fn(|_| random.next() - 0.6),
-                _ => std::array::from_fn(|_| (random.next() * 3.0).floor() - 1.0),
+                0 => std::array::from_fn(|_| random.unit() - 0.6),
+                _ => std::array::from_fn(|_| (random.unit() * 3.0).floor() - 1.0),
             };
             let (p, q) = (random.point(), random.point());
             let b = bernstein(&f, p, q);

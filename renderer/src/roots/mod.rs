@@ -154,19 +154,6 @@ pub(crate) fn trilinear(f: &[f32; 8], p: Vec3) -> f32 {
 pub(crate) mod tests {
     use super::*;
 
-    /// A small deterministic generator (PCG, O'Neill 2014), uniform in [0, 1).
-    pub(crate) struct Random(pub u64);
-    impl Random {
-        pub fn next(&mut self) -> f32 {
-            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            let x = (((self.0 >> 18) ^ self.0) >> 27) as u32;
-            (x.rotate_right((self.0 >> 59) as u32) >> 8) as f32 / 16_777_216.0
-        }
-        pub fn point(&mut self) -> Vec3 {
-            Vec3::new(self.next(), self.next(), self.next())
-        }
-    }
-
     pub fn trilinear_f64(f: &[f32; 8], p: glam::DVec3) -> f64 {
         (0..8).map(|c| f64::from(f[c]) * (0..3).map(|a| if c >> a & 1 == 1 { p[a] } else { 1.0 - p[a] }).product::<f64>()).sum()
     }
