@@ -7,7 +7,7 @@
 use crate::camera::Ray;
 use crate::scene::Surface;
 use bregma_volume::{IndexPoint, Sample, WorldPoint, with_samples};
-use glam::{DVec3, USizeVec3};
+use glam::{DAffine3, DMat3, DVec3, USizeVec3};
 use serde::Serialize;
 use std::ops::ControlFlow;
 
@@ -31,7 +31,7 @@ pub struct Crossing {
     pub t_mm: f64,
     /// What happens there.
     pub kind: Kind,
-    /// Half the width of the certified bracket of the root, plus how far rounding of the cubic can move it; mm.
+    /// Half the width of the certified bracket of the root, plus how far rounding of positions and of the cubic can move it; mm.
     pub error_mm: f64,
     /// The cell, by its lowest sample.
     pub cell: USizeVec3,
@@ -96,7 +96,8 @@ pub fn box_span(surface: &Surface, ray: &Ray) -> Option<BoxSpan> {
     (!surface.grid.is_flat() && span.t_mm[0] < span.t_mm[1]).then_some(span)
 }
 
-/// The first crossing of the ray that enters the bone: the point a picture shows.
+/// The first crossing of the ray that enters the bone or touches it: the point a picture shows. What comes behind it is not looked at: a
+/// touch at a face between cells is an `Enter` here.
 pub fn first_entry(surface: &Surface, ray: &Ray) -> Option<Crossing> {
     let mut first = None;
     walk(surface, ray, &mut |crossing| {
@@ -115,7 +116,9 @@ pub fn crossings(surface: &Surface, ray: &Ray) -> Vec<Crossing> {
     walk(surface, ray, &mut |crossing| {
         match all.last_mut().filter(|last| is_same_point(last, &crossing)) {
             // In and out at one point, as through a corner whose sample equals the isovalue: the ray only touches there.
-            Some(last) if last.kind == Kind::Enter && crossing.kind == Kind::Exit => last.kind = Kind::Touch,
+            Some(last) if last.kind == Kind::Enter && crossing.kind == Kind::Exit => {
+                *last = Crossing { kind: Kind::Touch, ..if crossing.clipped { crossing } else { *last } };
+            }
             // Out and in at one point: it never left.
             Some(last) if last.kind == Kind::Exit && crossing.kind == Kind::Enter => drop(all.pop()),
             _ => all.push(crossing),
@@ -166,6 +169,7 @@ fn walk(surface: &Surface, ray: &Ray, visit: &mut dyn FnMut(Crossing) -> Control
     let line = index_line(surface, ray);
     let cells = USizeVec3::from(surface.grid.cells());
     let [t_first, t_last] = span.t_mm;
+    let off = position_error(surface, ray, t_last);
     let entry = snapped(&line, t_first, span.faces[0], cells);
     // The cell that the ray is in just behind its entry.
     let mut cell = USizeVec3::ZERO;
@@ -207,10 +211,12 @@ fn walk(surface: &Surface, ray: &Ray, visit: &mut dyn FnMut(Crossing) -> Control
                 Some(Cut::Origin) => -ray.direction,
             };
             let t_mm = t + u * (t_out - t);
+            // Where a face is met moves with the position.
+            let moved = if let Some(Cut::Face(a, _)) = cut { off / line.direction[a].abs() } else { 0.0 };
             let crossing = Crossing {
                 t_mm,
                 kind,
-                error_mm: width * (t_out - t) + ROUNDING * t_mm.abs(),
+                error_mm: width * (t_out - t) + moved + ROUNDING * t_mm.abs(),
                 cell,
                 point: IndexPoint(cell.as_dvec3() + local),
                 normal: outward.try_normalize().unwrap_or(-ray.direction),
@@ -222,23 +228,19 @@ fn walk(surface: &Surface, ray: &Ray, visit: &mut dyn FnMut(Crossing) -> Control
         };
         if !(sides == 0 && !was_inside || sides == 8 && was_inside) {
             let b = bernstein(&f, p - cell.as_dvec3(), q - cell.as_dvec3());
-            // Rounding of a de Casteljau value is below 16 units of the largest coefficient.
-            let rounding = 16.0 * f64::EPSILON * b.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
+            // Rounding of an interpolated value, and of a cubic's at u, is together below 16 units of the largest corner, and a step along
+            // each of three axes changes a value by at most twice that corner; all of it thrice, as `b` is.
+            let largest = f.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+            let rounding = 3.0 * largest * (16.0 * f64::EPSILON + 6.0 * off);
             if (b[0] >= 0.0) != was_inside {
                 // Entered already inside: the surface is closed here. Later: a face value that rounding moved across zero.
                 let cut = is_first.then(|| span.faces[0].map_or(Cut::Origin, |(a, side)| Cut::Face(a, side)));
                 found(0.0, if was_inside { Kind::Exit } else { Kind::Enter }, 0.0, cut);
-                was_inside = !was_inside;
             }
-            isolate(b, rounding, 0.0, 1.0, &mut |u, width, crosses| {
-                let kind = match (crosses, was_inside) {
-                    (false, _) => Kind::Touch,
-                    (true, true) => Kind::Exit,
-                    (true, false) => Kind::Enter,
-                };
-                was_inside ^= crosses;
-                found(u, kind, width, None);
-            });
+            for root in roots(b, rounding) {
+                found(root.u, root.kind, root.width, None);
+            }
+            was_inside = b[3] >= 0.0;
         }
         is_first = false;
         let ahead = |a: usize| cell[a].wrapping_add_signed(if line.direction[a] > 0.0 { 1 } else { -1 });
@@ -262,6 +264,14 @@ enum Cut {
     Origin,
 }
 
+/// How far a computed point of the ray up to `t` may lie from the ray along an axis, voxels.
+fn position_error(surface: &Surface, ray: &Ray, t: f64) -> f64 {
+    let DAffine3 { matrix3: m, translation } = surface.grid.world_to_index();
+    let sizes = DMat3::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs());
+    // Five roundings of half a unit each on the way of any term: the map's product and sums, t·direction, its sum with the origin.
+    2.5 * f64::EPSILON * (sizes * (ray.origin.0.abs() + t * ray.direction.abs()) + translation.abs()).max_element()
+}
+
 /// Rounding of t itself, relative.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
@@ -274,64 +284,135 @@ fn snapped(line: &IndexLine, t: f64, face: Option<(usize, f64)>, cells: USizeVec
     p.clamp(DVec3::ZERO, cells.as_dvec3())
 }
 
-/// Bernstein coefficients of the interpolant along p → q, by its blossom: as in `roots/bernstein.rs`, but written from the definition.
+/// Thrice the Bernstein coefficients of the interpolant along p → q, by its blossom: as in `roots/bernstein.rs`, but written from the
+/// definition. Thrice, since a third is no float64: so they are exact for integers of 17 bits where p and q are multiples of 1/2048.
 fn bernstein(f: &[f64; 8], p: DVec3, q: DVec3) -> [f64; 4] {
     let at = |x: DVec3, y: DVec3, z: DVec3| trilinear(f, DVec3::new(x.x, y.y, z.z));
-    [at(p, p, p), (at(q, p, p) + at(p, q, p) + at(p, p, q)) / 3.0, (at(q, q, p) + at(q, p, q) + at(p, q, q)) / 3.0, at(q, q, q)]
+    [3.0 * at(p, p, p), at(q, p, p) + at(p, q, p) + at(p, p, q), at(q, q, p) + at(q, p, q) + at(p, q, q), 3.0 * at(q, q, q)]
 }
 
 /// Every crossing of a segment of a cell with the given corner values (corner x + 2y + 4z at (x, y, z); inside is ≥ 0), in order: u in
-/// [0, 1], and whether it enters. Starting inside counts as entering at 0.
+/// [0, 1], and whether it enters. Starting inside counts as entering at 0, ending inside not as leaving; a touch enters and leaves at
+/// one u.
 pub(crate) fn segment_crossings(corners: &[f64; 8], from: DVec3, to: DVec3) -> Vec<(f64, bool)> {
     let b = bernstein(corners, from, to);
-    let mut is_inside = b[0] >= 0.0;
-    let mut crossings = if is_inside { vec![(0.0, true)] } else { vec![] };
-    isolate(b, 0.0, 0.0, 1.0, &mut |u, _, crosses| {
-        if crosses {
-            is_inside = !is_inside;
-            crossings.push((u, is_inside));
-        }
-    });
+    let mut crossings = if b[0] >= 0.0 { vec![(0.0, true)] } else { vec![] };
+    for root in roots(b, 0.0) {
+        let sides: &[bool] = match root.kind {
+            Kind::Enter => &[true],
+            Kind::Exit => &[false],
+            Kind::Touch => &[true, false],
+        };
+        crossings.extend(sides.iter().map(|&enters| (root.u, enters)));
+    }
     crossings
 }
 
-/// Halvings before two roots are taken as one: 2⁻⁴⁸ of a cell is finer than float64 places a point in a scan of 16 cells.
+/// A root of a cubic in [0, 1].
+#[derive(Clone, Copy, Debug)]
+struct Root {
+    u: f64,
+    /// How far the bracket, and values wrong by `rounding`, can move it.
+    width: f64,
+    kind: Kind,
+}
+
+/// The roots in [0, 1], in order, of the cubic with the Bernstein coefficients `b`, values of which are wrong by up to `rounding`. Their
+/// number and kinds are those of the cubic that `b` is, without rounding.
+fn roots(b: [f64; 4], rounding: f64) -> Vec<Root> {
+    let mut found = vec![];
+    // Most cells have none: they need no exact sums.
+    if b.iter().all(|&c| c < 0.0) || b.iter().all(|&c| c >= 0.0) {
+        return found;
+    }
+    isolate(&b.map(|c| Sum(vec![c])), rounding, 0.0, 1.0, &mut found);
+    found
+}
+
+/// Halvings before two roots are taken as one: 2⁻⁴⁸ of a cell is finer than float64 places a point in a scan of 16 cells. Where signs
+/// still vary twice, two roots, real or complex, lie within 2⁻⁴⁷ (the two-circle theorem): what is taken for a contact there comes
+/// nearer to 0 than 2⁻⁹⁰ of the largest coefficient.
 const MAX_HALVINGS: f64 = 1.0 / (1_u64 << 48) as f64;
 
-/// Visits the roots of a Bernstein cubic on [low, high] in order: (u, how far the bracket and values wrong by `rounding` can move it,
-/// whether it changes sides). No variation of sign proves no root, one proves exactly one (Descartes); more are halved.
-fn isolate(b: [f64; 4], rounding: f64, low: f64, high: f64, visit: &mut dyn FnMut(f64, f64, bool)) {
+/// Finds the roots of a Bernstein cubic on [low, high]. No variation of sign proves no root, one proves exactly one (Descartes); more are
+/// halved. A 0 counts as inside, that is as a sign of +: so counted are the roots of the cubic raised by next to nothing, which is inside
+/// where this one is, and has no contacts from inside.
+fn isolate(exact: &[Sum; 4], rounding: f64, low: f64, high: f64, found: &mut Vec<Root>) {
+    let b = exact.each_ref().map(Sum::rounded);
     let variations = b.windows(2).filter(|w| (w[0] >= 0.0) != (w[1] >= 0.0)).count();
-    let crosses = (b[0] >= 0.0) != (b[3] >= 0.0);
+    let kind = match (b[0] >= 0.0, b[3] >= 0.0) {
+        (false, true) => Kind::Enter,
+        (true, false) => Kind::Exit,
+        _ => Kind::Touch,
+    };
+    let mut at = |u: f64, width: f64| {
+        let width = width + reach(&b, u, rounding, 1.0 / (high - low));
+        let root = Root { u: low + u * (high - low), width: width * (high - low), kind };
+        match found.last_mut().filter(|last| last.u == root.u && last.kind == Kind::Enter && kind == Kind::Exit) {
+            // In and out at one point, where halves meet.
+            Some(last) => *last = Root { width: last.width.max(root.width), kind: Kind::Touch, ..root },
+            None => found.push(root),
+        }
+    };
     match variations {
         0 => {}
+        // Nowhere above 0: its only root is the end that is not below.
+        1 if b.iter().all(|&c| c <= 0.0) => at(if b[0] < 0.0 { 1.0 } else { 0.0 }, 0.0),
         1 => {
             let (u, width) = refine(b);
-            let width = width + reach(&b, u, rounding, 1.0 / (high - low));
-            visit(low + u * (high - low), width * (high - low), true);
+            at(u, width);
         }
         _ if high - low <= MAX_HALVINGS => {
-            if crosses || b[0] < 0.0 {
-                let width = 0.5 + reach(&b, 0.5, rounding, 1.0 / (high - low));
-                visit((low + high) / 2.0, width * (high - low), crosses);
+            if kind != Kind::Touch || b[0] < 0.0 {
+                at(0.5, 0.5);
             }
         }
         _ => {
-            let (left, right) = halve(b);
+            let (left, right) = halve(exact);
             let middle = (low + high) / 2.0;
-            isolate(left, rounding, low, middle, visit);
-            isolate(right, rounding, middle, high, visit);
+            isolate(&left, rounding, low, middle, found);
+            isolate(&right, rounding, middle, high, found);
         }
     }
 }
 
+/// A number without rounding, as a sum of floats that do not overlap, smallest first (Shewchuk 1997): halving needs three more bits each
+/// time, and a double root shows itself only where none is lost.
+#[derive(Clone)]
+struct Sum(Vec<f64>);
+
+impl Sum {
+    /// The nearest float but for its last bits; of the same sign.
+    fn rounded(&self) -> f64 {
+        self.0.iter().sum()
+    }
+
+    /// Half of the sum of two.
+    fn middle(&self, other: &Self) -> Self {
+        let mut parts = self.0.clone();
+        for &part in &other.0 {
+            let mut carry = part;
+            parts.retain_mut(|p| {
+                // What rounding takes from the sum (Knuth).
+                let sum = carry + *p;
+                let added = sum - carry;
+                let lost = (carry - (sum - added)) + (*p - added);
+                (carry, *p) = (sum, lost);
+                lost != 0.0
+            });
+            parts.push(carry);
+        }
+        parts.iter_mut().for_each(|p| *p *= 0.5);
+        Self(parts)
+    }
+}
+
 /// De Casteljau's subdivision at ½.
-fn halve(b: [f64; 4]) -> ([f64; 4], [f64; 4]) {
-    let half = |a: f64, b: f64| 0.5 * (a + b);
-    let (c0, c1, c2) = (half(b[0], b[1]), half(b[1], b[2]), half(b[2], b[3]));
-    let (d0, d1) = (half(c0, c1), half(c1, c2));
-    let e = half(d0, d1);
-    ([b[0], c0, d0, e], [e, d1, c2, b[3]])
+fn halve([b0, b1, b2, b3]: &[Sum; 4]) -> ([Sum; 4], [Sum; 4]) {
+    let (c0, c1, c2) = (b0.middle(b1), b1.middle(b2), b2.middle(b3));
+    let (d0, d1) = (c0.middle(&c1), c1.middle(&c2));
+    let e = d0.middle(&d1);
+    ([b0.clone(), c0, d0, e.clone()], [e, d1, c2, b3.clone()])
 }
 
 /// How far from u, up to `most`, the cubic stays within `rounding` of zero: a flat root may lie anywhere there.
@@ -382,6 +463,9 @@ pub fn world(surface: &Surface, crossing: &Crossing) -> WorldPoint {
 }
 
 #[cfg(test)]
+mod rational;
+
+#[cfg(test)]
 mod tests {
     use super::*;
 
@@ -391,28 +475,25 @@ mod tests {
         [c0, c0 + c1 / 3.0, c0 + (2.0 * c1 + c2) / 3.0, c0 + c1 + c2 + 1.0].map(|b| a * b)
     }
 
-    fn roots(b: [f64; 4]) -> Vec<(f64, bool)> {
-        let mut found = Vec::new();
-        isolate(b, 0.0, 0.0, 1.0, &mut |u, width, crosses| {
-            assert!(width <= 1e-14, "a bracket of {width} certifies nothing");
-            found.push((u, crosses));
-        });
-        found
+    fn certified(b: [f64; 4]) -> Vec<(f64, Kind)> {
+        let found = roots(b, 0.0);
+        assert!(found.iter().all(|r| r.width <= 1e-14), "a bracket certifies nothing: {found:?}");
+        found.iter().map(|r| (r.u, r.kind)).collect()
     }
 
     #[test]
     fn every_root_is_isolated_in_order() {
         // Fails if a root is missed, doubled or out of order; roots down to 1e-7 apart are told apart.
         for (a, r) in [(1.0, [0.2, 0.5, 0.7]), (-3.0, [0.1, 0.1 + 1e-7, 0.9]), (1e-6, [0.3, 0.300_01, 0.300_02]), (1e9, [-2.0, 0.4, 3.0])] {
-            let found = roots(cubic(a, r));
+            let found = certified(cubic(a, r));
             let inside: Vec<f64> = r.into_iter().filter(|u| (0.0..1.0).contains(u)).collect();
             assert_eq!(found.len(), inside.len(), "{r:?}: {found:?}");
             let b = cubic(a, r);
-            for ((u, crosses), truth) in found.iter().zip(inside) {
+            for ((u, kind), truth) in found.iter().zip(inside) {
                 // What rounding the coefficients, about ten roundings each, does to a root of this slope.
                 let slope = a * r.iter().filter(|&&other| other != truth).map(|other| truth - other).product::<f64>();
                 let moved = 10.0 * f64::EPSILON * b.iter().fold(0.0_f64, |m, c| m.max(c.abs())) / slope.abs();
-                assert!(*crosses && (u - truth).abs() <= moved + 1e-15, "{r:?}: {u} is no {truth} within {moved}");
+                assert!(*kind != Kind::Touch && (u - truth).abs() <= moved + 1e-15, "{r:?}: {u} is no {truth} within {moved}");
             }
         }
     }
@@ -421,14 +502,13 @@ mod tests {
     fn contact_from_outside_is_a_touch_and_from_inside_nothing() {
         // 12(u − ½)² has exact coefficients. Fails if a double root becomes two crossings, or a near miss a contact.
         let bowl = [3.0, -1.0, -1.0, 3.0];
-        assert_eq!(roots(bowl), []);
-        assert_eq!(roots(bowl.map(|b| b + 1e-9)), []);
-        assert_eq!(roots(bowl.map(|b| b - 1e-9)).iter().map(|r| r.1).collect::<Vec<_>>(), [true, true]);
-        // From below the contact lies at a point that halving reaches: in and out at once, which `crossings` makes a touch.
-        let hill = roots(bowl.map(|b| -b));
-        assert!(hill.iter().all(|&(u, _)| (u - 0.5).abs() <= f64::EPSILON) && hill.len() == 2, "{hill:?}");
+        assert_eq!(certified(bowl), []);
+        assert_eq!(certified(bowl.map(|b| b + 1e-9)), []);
+        assert_eq!(certified(bowl.map(|b| b - 1e-9)).iter().map(|r| r.1).collect::<Vec<_>>(), [Kind::Exit, Kind::Enter]);
+        // From below, at a point that halving reaches.
+        assert_eq!(certified(bowl.map(|b| -b)), [(0.5, Kind::Touch)]);
         // At u = ⅓ no halving ends, and the bracket itself is the contact.
-        let third = roots([-1.0, 1.0, 0.0, -4.0]);
-        assert!(third.len() == 1 && !third[0].1 && (third[0].0 - 1.0 / 3.0).abs() < 1e-7, "{third:?}");
+        let third = certified([-1.0, 1.0, 0.0, -4.0]);
+        assert!(third.len() == 1 && third[0].1 == Kind::Touch && (third[0].0 - 1.0 / 3.0).abs() <= MAX_HALVINGS, "{third:?}");
     }
 }
