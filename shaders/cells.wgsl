@@ -33,7 +33,7 @@ fn walk_brick(pace: Pace, at: InBrick) -> Hit {
             }
         }
         cell = select(cell, cell + select(vec3<i32>(-1), vec3<i32>(1), pace.forward), axis);
-        if any(cell < vec3<i32>(0)) || any(cell >= at.size) {
+        if any(cell < vec3<i32>(0)) || any(cell >= at.size) || at.s + t_next > at.s_max {
             return missed();
         }
         t = t_next;

@@ -19,7 +19,7 @@ fn walk_brick(pace: Pace, at: InBrick) -> Hit {
     loop {
         n += 1.0;
         let t1 = n * step - at.s;
-        if t1 > at.t_out {
+        if t1 > at.t_out || at.s + t0 > at.s_max {
             return missed();
         }
         let p1 = at.origin + t1 * pace.direction;

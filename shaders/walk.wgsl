@@ -2,8 +2,6 @@
 // of cells.wgsl or steps.wgsl.
 // The twin of renderer/src/cpu/walk.rs, which says why each step is as it is.
 
-// SAMPLE is replaced by u32, i32 or f32, the component type of the scan's texture.
-@group(0) @binding(1) var samples: texture_3d<SAMPLE>;
 @group(0) @binding(2) var distances: texture_3d<u32>;
 
 const BRICK: i32 = 8;
@@ -87,7 +85,7 @@ fn first_hit(line: Line, s_max: f32) -> Hit {
     loop {
         let distance = i32(textureLoad(distances, brick, 0).r);
         if distance == 0 {
-            let at = enter_brick(line, pace, brick, s);
+            let at = enter_brick(line, pace, brick, s, s_max);
             if at.t < at.t_out {
                 let hit = walk_brick(pace, at);
                 if hit.met != MISSED {
@@ -144,6 +142,8 @@ struct InBrick {
     size: vec3<i32>,
     // Depth behind the base plane where t is 0, mm.
     s: f32,
+    // Depth beyond which nothing is asked for.
+    s_max: f32,
     // Position where t is 0.
     origin: vec3<f32>,
     // Where the ray enters and leaves.
@@ -155,7 +155,7 @@ struct InBrick {
 }
 
 // Where the ray is within a brick, of which s is at or near its entry; it misses it when t is not below t_out.
-fn enter_brick(line: Line, pace: Pace, brick: vec3<i32>, s: f32) -> InBrick {
+fn enter_brick(line: Line, pace: Pace, brick: vec3<i32>, s: f32, s_max: f32) -> InBrick {
     let corner = brick * BRICK;
     let size = min(params.dims - 1 - corner, vec3<i32>(BRICK));
     let origin = relative_to(line_at(line, s), vec3<f32>(corner));
@@ -169,7 +169,7 @@ fn enter_brick(line: Line, pace: Pace, brick: vec3<i32>, s: f32) -> InBrick {
     let t = max(-s, t_entry);
     let t_out = least(to_planes(pace, far, origin, FAR));
     let p = select(clamp(origin + t * pace.direction, vec3<f32>(0.0), vec3<f32>(size)), near, entry);
-    return InBrick(brick, corner, size, s, origin, t, t_out, p, entry);
+    return InBrick(brick, corner, size, s, s_max, origin, t, t_out, p, entry);
 }
 
 // What a ray meets that is inside where it enters a brick.
@@ -179,10 +179,6 @@ fn met_at_entry(pace: Pace, at: InBrick) -> u32 {
     }
     let outermost = select(params.bricks - 1, vec3<i32>(0), pace.forward);
     return select(MET_ISOSURFACE, MET_FACE, any(at.entry & (at.brick == outermost)));
-}
-
-fn relative(at: vec3<i32>) -> f32 {
-    return params.sign * (f32(textureLoad(samples, at, 0).r) - params.level);
 }
 
 // Corner values relative to the level, positive inside, of the lower face of a cell: (0,0), (1,0), (0,1), (1,1).

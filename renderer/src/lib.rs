@@ -3,6 +3,7 @@
 //! A [`Scene`] says what is drawn; a [`Renderer`] turns it and its volumes into a [`Picture`]. [`reference`] is the truth
 //! that both renderers are held to, and what measurements are taken from.
 
+pub mod accuracy;
 mod camera;
 mod cpu;
 mod frame;
@@ -23,6 +24,7 @@ pub use roots::{PerVoxel, Solver, Steps};
 pub use scene::{BACKGROUND, Color, Layer, Light, Mode, Picture, Scene, Surface};
 
 use bregma_volume::{GridError, Volume};
+use serde::Serialize;
 use std::sync::Arc;
 use thiserror::Error;
 
@@ -33,6 +35,36 @@ pub trait Renderer: Send {
 
     /// The picture of `scene` (one layer for each of `volumes`, in order) with `width`×`height` pixels.
     fn render(&mut self, volumes: &[Arc<Volume>], scene: &Scene, width: u32, height: u32) -> Result<Picture, RenderError>;
+
+    /// Where the time of such a picture goes.
+    fn split(&mut self, volumes: &[Arc<Volume>], scene: &Scene, width: u32, height: u32) -> Result<Split, RenderError>;
+}
+
+/// Where the time of a frame goes, ms of wall clock. Measured by leaving parts out: what a part costs is the difference that it makes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Split {
+    /// From brick to brick and cell to cell, to hits that are known; with fixed steps also interpolating.
+    pub walking_ms: f64,
+    /// Reading samples.
+    pub fetching_ms: f64,
+    /// Finding roots.
+    pub solving_ms: f64,
+    /// Normals, colours, and the way of the picture to memory.
+    pub shading_ms: f64,
+}
+
+impl Split {
+    /// From the times of a walk, of one that also fetches, of one that also solves, and of the whole frame. Noise may make a longer work
+    /// look shorter: no part takes less than nothing.
+    pub(crate) fn between(walked_ms: f64, fetched_ms: f64, solved_ms: f64, whole_ms: f64) -> Self {
+        let part = |from: f64, to: f64| (to - from).max(0.0);
+        Self {
+            walking_ms: walked_ms,
+            fetching_ms: part(walked_ms, fetched_ms),
+            solving_ms: part(fetched_ms, solved_ms),
+            shading_ms: part(solved_ms, whole_ms),
+        }
+    }
 }
 
 /// Why there is no picture.
@@ -41,6 +73,9 @@ pub enum RenderError {
     /// A registration that flattens a volume.
     #[error("the transform of a volume cannot be used: {0}")]
     Transform(#[from] GridError),
+    /// A solver that only graphics cards have.
+    #[error("the solver {0} needs a graphics card; use --backend gpu or another --solver")]
+    NeedsGpu(Solver),
     /// Something about the graphics card or its driver.
     #[cfg(feature = "gpu")]
     #[error(transparent)]

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use bregma::input::{Opened, Source};
+use bregma_renderer::accuracy::Truth;
 use bregma_renderer::{Camera, CpuRenderer, GpuRenderer, Renderer};
 use bregma_tests::{Exactness, color_difference, data};
 use bregma_volume::Progress;
@@ -29,14 +30,15 @@ fn orbit(what: &str, opened: &mut Opened) {
         let on_gpu = gpu.render(&opened.volumes, &opened.scene, 512, 512).unwrap();
         pixels += on_cpu.rgba.len();
         unlike += on_cpu.rgba.iter().zip(&on_gpu.rgba).filter(|(a, b)| color_difference(**a, **b) > 2).count();
-        cpu_off.compare(&opened.volumes, &opened.scene, &on_cpu);
-        gpu_off.compare(&opened.volumes, &opened.scene, &on_gpu);
+        let truth = Truth::of(&opened.volumes, &opened.scene, 512, 512, &Progress::default()).unwrap();
+        cpu_off.judge(&truth, &on_cpu);
+        gpu_off.judge(&truth, &on_gpu);
     }
     cpu_off.assert(&format!("{what}, cpu"));
     gpu_off.assert(&format!("{what}, gpu"));
     println!("{what}: {unlike} of {pixels} pixels differ by more than 2/255 between cpu and gpu");
     assert!(unlike * 10_000 <= pixels);
-    assert!(cpu_off.hits * 50 > cpu_off.rays, "{what}: a picture of nothing proves nothing");
+    assert!(cpu_off.tally.hits * 50 > cpu_off.tally.rays, "{what}: a picture of nothing proves nothing");
 }
 
 fn scan(folder: &Path, name: &str) -> Source {

@@ -279,3 +279,44 @@ fn keys_and_mouse_move_the_view_as_in_slicer() {
     assert!((length - 18.4).abs() < 1.0, "{length}");
     std::fs::remove_file(&file).unwrap();
 }
+
+#[test]
+fn the_chart_is_measured_on_the_open_view_and_its_points_switch_the_picture() {
+    // Fails if the chart cannot be measured or cancelled from the window, if a clicked point neither draws by its solver nor shows its
+    // errors, or if the way back to the exact solver is lost.
+    let file = ball("chart", 24);
+    let source = bregma::input::Source { file: file.clone(), ..Default::default() };
+    let mut window = open(Start::Files(vec![source]));
+    wait(&mut window, "the scan", |w| !w.is_loading());
+    settle(&mut window);
+    let menu = |window: &mut Window, entry: &str| {
+        window.get_by_label("View").click();
+        window.run_steps(2);
+        window.get_by_label_contains(entry).click();
+        window.run_steps(3);
+    };
+    menu(&mut window, "Speed and accuracy");
+    window.get_by_label("Measure this view").click();
+    window.run_steps(2);
+    window.get_by_label("Cancel").click();
+    window.run_steps(2);
+    assert!(window.state().chart().is_none(), "a cancelled measurement leaves nothing");
+    window.get_by_label("Measure this view").click();
+    wait(&mut window, "the chart", |w| w.chart().is_some());
+    window.run_steps(3);
+    let exact = pixels(&window);
+    assert!(window.state().chart().unwrap().points.len() >= 13);
+    window.get_by_label("linear on CPU").click();
+    window.run_steps(3);
+    settle(&mut window);
+    assert_eq!(window.state().scene().solver.to_string(), "linear");
+    assert_eq!(window.state().charted().unwrap().solver.to_string(), "linear");
+    assert!(changed(&exact, &pixels(&window)) > 100, "linear interpolation looks different");
+    window.get_by_label_contains("which is not exact");
+    window.get_by_label("Error picture");
+    screenshot(&mut window, "chart.png");
+    menu(&mut window, "Draw by the exact solver");
+    settle(&mut window);
+    assert_eq!(changed(&exact, &pixels(&window)), 0);
+    std::fs::remove_file(&file).unwrap();
+}

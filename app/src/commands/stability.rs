@@ -4,7 +4,7 @@ use super::{CommandError, make_folder, print, with_progress};
 use crate::args::{Backend, StabilityArgs};
 use crate::output::write_whole;
 use bregma_renderer::stability::{self, SolveSegments};
-use bregma_renderer::{GpuRenderer, RenderError};
+use bregma_renderer::{CpuRenderer, GpuRenderer, RenderError};
 
 /// Judges every solver over the hard families and writes the tables. The GPU is judged too where there is one, even a software driver,
 /// unless `--backend cpu` leaves it out.
@@ -15,8 +15,10 @@ pub fn stability(args: &StabilityArgs, backend: Backend) -> Result<(), CommandEr
         Backend::Gpu => Some(GpuRenderer::new(true).map_err(RenderError::from)?),
         Backend::Auto => GpuRenderer::new(true).ok(),
     };
-    let machine = gpu.as_mut().map(|gpu| gpu as &mut dyn SolveSegments);
-    let rows = with_progress("judging", |progress| stability::run(machine, progress))?;
+    let mut cpu = CpuRenderer::default();
+    let mut machines: Vec<&mut dyn SolveSegments> = vec![&mut cpu];
+    machines.extend(gpu.as_mut().map(|gpu| gpu as &mut dyn SolveSegments));
+    let rows = with_progress("judging", |progress| stability::run(&mut machines, progress))?;
     write_whole(&args.out.join("stability.csv"), stability::csv(&rows).as_bytes())?;
     write_whole(&args.out.join("stability.md"), stability::markdown(&rows).as_bytes())?;
     print(&format!("{}: stability.csv, stability.md\n", args.out.display()))

@@ -41,7 +41,7 @@ impl<S: FirstEntry> WalkBrick for Cells<S> {
                 }
             }
             cell[axis] += if pace.forward(axis) { 1 } else { -1 };
-            if cell[axis] < 0 || cell[axis] >= at.size[axis] {
+            if cell[axis] < 0 || cell[axis] >= at.size[axis] || at.s + t_next > at.s_max {
                 return None;
             }
             (t, p) = (t_next, q);

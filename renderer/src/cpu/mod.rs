@@ -1,21 +1,52 @@
 //! The CPU renderer: the same algorithm as the GPU's, on all cores.
 
 mod cells;
+mod segments;
 mod shade;
+mod split;
 mod steps;
 mod walk;
 
 use crate::frame::{Frame, FrameLayer};
 use crate::roots::{Analytic, Exact, Linear, Marmitt, Neubauer, PerVoxel, Solver, Steps};
 use crate::scene::{Picture, Scene};
-use crate::{RenderError, Renderer};
+use crate::{RenderError, Renderer, Split};
 use bregma_volume::{Sample, Volume, with_samples};
 use cells::Cells;
 use glam::Vec3;
 use rayon::prelude::*;
 use shade::{Shaded, combine, encode, phong};
 use std::sync::Arc;
+use steps::FixedSteps;
 use walk::{Field, Hit, Line, Met, WalkBrick};
+
+/// Runs `$body` with `$w` bound to the walk that is compiled for a solver.
+macro_rules! with_walk {
+    ($solver:expr, $w:ident => $body:expr) => {
+        with_walk!(@match $solver, $w, $body,
+            (Solver::Exact, Cells<Exact>),
+            (Solver::Linear, Cells<Linear>),
+            (Solver::Neubauer(Steps::Two), Cells<Neubauer<2>>),
+            (Solver::Neubauer(Steps::Three), Cells<Neubauer<3>>),
+            (Solver::Neubauer(Steps::Four), Cells<Neubauer<4>>),
+            (Solver::Marmitt(Steps::Two), Cells<Marmitt<2>>),
+            (Solver::Marmitt(Steps::Three), Cells<Marmitt<3>>),
+            (Solver::Marmitt(Steps::Four), Cells<Marmitt<4>>),
+            (Solver::Analytic, Cells<Analytic>),
+            (Solver::Step(PerVoxel::One), FixedSteps<1>),
+            (Solver::Step(PerVoxel::Two), FixedSteps<2>),
+            (Solver::Step(PerVoxel::Four), FixedSteps<4>),
+            (Solver::Step(PerVoxel::Eight), FixedSteps<8>)
+        )
+    };
+    (@match $solver:expr, $w:ident, $body:expr, $(($pattern:pat, $walk:ty)),*) => {
+        match $solver {
+            $($pattern => { type $w = $walk; $body })*
+            Solver::Filter => return Err(RenderError::NeedsGpu(Solver::Filter)),
+        }
+    };
+}
+use with_walk;
 
 /// Side of the square tiles that cores take in turn: rays of one tile touch the same bricks, and 256 tiles of a 512² picture
 /// keep all cores busy to the end.
@@ -34,18 +65,23 @@ impl Renderer for CpuRenderer {
 
     fn render(&mut self, volumes: &[Arc<Volume>], scene: &Scene, width: u32, height: u32) -> Result<Picture, RenderError> {
         let frame = Frame::new(&mut self.maps, volumes, scene, width, height)?;
-        Ok(draw(&frame, scene, width, height))
+        draw(&frame, scene, width, height)
+    }
+
+    fn split(&mut self, volumes: &[Arc<Volume>], scene: &Scene, width: u32, height: u32) -> Result<Split, RenderError> {
+        let frame = Frame::new(&mut self.maps, volumes, scene, width, height)?;
+        split::split(&frame, scene, width, height)
     }
 }
 
 /// The pixel of one ray: colour, depth, layer.
 type Pixel = ([u8; 4], f32, u8);
 
-fn draw(frame: &Frame, scene: &Scene, width: u32, height: u32) -> Picture {
+fn draw(frame: &Frame, scene: &Scene, width: u32, height: u32) -> Result<Picture, RenderError> {
     let tiles: Vec<(u32, u32)> =
         (0..height).step_by(TILE as usize).flat_map(|y| (0..width).step_by(TILE as usize).map(move |x| (x, y))).collect();
-    let drawn: Vec<Vec<Pixel>> =
-        tiles.par_iter().map(|&(x, y)| draw_tile(frame, scene, x..(x + TILE).min(width), y..(y + TILE).min(height))).collect();
+    let draw_tile = |&(x, y): &(u32, u32)| draw_tile(frame, scene, x..(x + TILE).min(width), y..(y + TILE).min(height));
+    let drawn: Vec<Vec<Pixel>> = tiles.par_iter().map(draw_tile).collect::<Result<_, _>>()?;
     let count = width as usize * height as usize;
     let mut picture = Picture { width, height, rgba: vec![[0; 4]; count], depth_mm: vec![f32::NAN; count], volume_id: vec![0; count] };
     for (&(x0, y0), pixels) in tiles.iter().zip(&drawn) {
@@ -56,11 +92,11 @@ fn draw(frame: &Frame, scene: &Scene, width: u32, height: u32) -> Picture {
             (picture.rgba[at], picture.depth_mm[at], picture.volume_id[at]) = (rgba, depth_mm, id);
         }
     }
-    picture
+    Ok(picture)
 }
 
 /// One pass for each volume, then one over all hits: the typed inner loops stay small.
-fn draw_tile(frame: &Frame, scene: &Scene, xs: std::ops::Range<u32>, ys: std::ops::Range<u32>) -> Vec<Pixel> {
+fn draw_tile(frame: &Frame, scene: &Scene, xs: std::ops::Range<u32>, ys: std::ops::Range<u32>) -> Result<Vec<Pixel>, RenderError> {
     let pixels: Vec<(u32, u32)> = ys.flat_map(|y| xs.clone().map(move |x| (x, y))).collect();
     let mut hits: Vec<Vec<Shaded>> = vec![Vec::new(); pixels.len()];
     for layer in &frame.layers {
@@ -68,7 +104,7 @@ fn draw_tile(frame: &Frame, scene: &Scene, xs: std::ops::Range<u32>, ys: std::op
             let dims = layer.surface.grid.dims();
             let (level, sign) = (layer.level, layer.surface.sign);
             let field = Field { samples: samples.as_slice(), dims, map: &layer.map, level, sign };
-            trace_with(scene.solver)(&field, frame, scene, layer, &pixels, &mut hits);
+            with_walk!(scene.solver, W => trace::<_, W>(&field, frame, scene, layer, &pixels, &mut hits));
         });
     }
     let finish = |(&(x, y), hits): (&(u32, u32), &Vec<Shaded>)| {
@@ -76,29 +112,7 @@ fn draw_tile(frame: &Frame, scene: &Scene, xs: std::ops::Range<u32>, ys: std::op
         let depth_mm = first.map_or(f32::NAN, |h| frame.depth_mm(x, y, h.s));
         (encode(color, frame.background), depth_mm, first.map_or(0, |h| h.layer as u8 + 1))
     };
-    pixels.iter().zip(&hits).map(finish).collect()
-}
-
-/// One pass of one volume over the pixels of a tile.
-type Trace<T> = fn(&Field<'_, T>, &Frame, &Scene, &FrameLayer, &[(u32, u32)], &mut [Vec<Shaded>]);
-
-/// The pass that is compiled for `solver`.
-fn trace_with<T: Sample>(solver: Solver) -> Trace<T> {
-    match solver {
-        Solver::Exact => trace::<T, Cells<Exact>>,
-        Solver::Linear => trace::<T, Cells<Linear>>,
-        Solver::Neubauer(Steps::Two) => trace::<T, Cells<Neubauer<2>>>,
-        Solver::Neubauer(Steps::Three) => trace::<T, Cells<Neubauer<3>>>,
-        Solver::Neubauer(Steps::Four) => trace::<T, Cells<Neubauer<4>>>,
-        Solver::Marmitt(Steps::Two) => trace::<T, Cells<Marmitt<2>>>,
-        Solver::Marmitt(Steps::Three) => trace::<T, Cells<Marmitt<3>>>,
-        Solver::Marmitt(Steps::Four) => trace::<T, Cells<Marmitt<4>>>,
-        Solver::Analytic => trace::<T, Cells<Analytic>>,
-        Solver::Step(PerVoxel::One) => trace::<T, steps::Steps<1>>,
-        Solver::Step(PerVoxel::Two) => trace::<T, steps::Steps<2>>,
-        Solver::Step(PerVoxel::Four) => trace::<T, steps::Steps<4>>,
-        Solver::Step(PerVoxel::Eight) => trace::<T, steps::Steps<8>>,
-    }
+    Ok(pixels.iter().zip(&hits).map(finish).collect())
 }
 
 fn trace<T: Sample, W: WalkBrick>(

@@ -8,9 +8,9 @@ use crate::roots::{inside, trilinear};
 use bregma_volume::Sample;
 use glam::{IVec3, Vec3};
 
-pub(crate) struct Steps<const PER_VOXEL: u32>;
+pub(crate) struct FixedSteps<const PER_VOXEL: u32>;
 
-impl<const PER_VOXEL: u32> WalkBrick for Steps<PER_VOXEL> {
+impl<const PER_VOXEL: u32> WalkBrick for FixedSteps<PER_VOXEL> {
     fn walk<T: Sample>(field: &Field<'_, T>, pace: &Pace, at: &InBrick) -> Option<Hit> {
         let step = 1.0 / (PER_VOXEL as f32 * pace.direction.length());
         // The last sample before the brick, but not before the box or the eye, where the first sample is taken.
@@ -28,7 +28,7 @@ impl<const PER_VOXEL: u32> WalkBrick for Steps<PER_VOXEL> {
         loop {
             n += 1.0;
             let t1 = n * step - at.s;
-            if t1 > at.t_out {
+            if t1 > at.t_out || at.s + t0 > at.s_max {
                 return None;
             }
             let p1 = at.origin + t1 * pace.direction;

@@ -100,6 +100,8 @@ pub(crate) struct InBrick {
     pub size: IVec3,
     /// Depth behind the base plane where t is 0, mm.
     pub s: f32,
+    /// Depth beyond which nothing is asked for.
+    pub s_max: f32,
     /// Position where t is 0.
     pub origin: Vec3,
     /// Where the ray enters and leaves.
@@ -124,7 +126,7 @@ impl<T: Sample> Field<'_, T> {
             let [bx, by, _] = self.map.dims();
             let distance = self.map.distances()[(brick.z as usize * by + brick.y as usize) * bx + brick.x as usize];
             if distance == 0
-                && let Some(at) = self.enter_brick(line, &pace, brick, s)
+                && let Some(at) = self.enter_brick(line, &pace, brick, s, s_max)
                 && let Some(hit) = W::walk(self, &pace, &at)
             {
                 return (hit.s <= s_max).then_some(hit);
@@ -177,7 +179,7 @@ impl<T: Sample> Field<'_, T> {
     }
 
     /// Where the ray is within a brick, of which `s` is at or near its entry; `None` when it misses it.
-    fn enter_brick(&self, line: &Line, pace: &Pace, brick: IVec3, s: f32) -> Option<InBrick> {
+    fn enter_brick(&self, line: &Line, pace: &Pace, brick: IVec3, s: f32, s_max: f32) -> Option<InBrick> {
         let corner = brick * BRICK as i32;
         let cells = IVec3::from_array(self.dims.map(|n| n as i32 - 1));
         let size = (cells - corner).min(IVec3::splat(BRICK as i32));
@@ -196,7 +198,7 @@ impl<T: Sample> Field<'_, T> {
         if let Some(a) = entry {
             p[a] = if pace.forward(a) { 0.0 } else { size[a] as f32 };
         }
-        (t < t_out).then_some(InBrick { brick, corner, size, s, origin, t, t_out, p, entry })
+        (t < t_out).then_some(InBrick { brick, corner, size, s, s_max, origin, t, t_out, p, entry })
     }
 
     /// What a ray meets that is inside where it enters a brick: the box's face, the eye's position, or (within rounding of a

@@ -56,6 +56,12 @@ pub enum GpuError {
         /// The adapter's name.
         adapter: String,
     },
+    /// An adapter without a filter for float32 textures.
+    #[error("{adapter} cannot filter textures of float32, which the solver filter is; use another --solver")]
+    NoFilter {
+        /// The adapter's name.
+        adapter: String,
+    },
     /// The driver reported an error, reset the device or did not answer in time.
     #[error("{adapter} stopped working ({reason}); try again, or use --backend cpu")]
     Failed {
@@ -92,7 +98,13 @@ impl Gpu {
             return Err(GpuError::NoAdapter);
         }
         // The adapter's own limits: the defaults stop at 2,048 samples and 128 MiB, whatever the card can do.
-        let request = wgpu::DeviceDescriptor { label: Some("bregma"), required_limits: adapter.limits(), ..Default::default() };
+        let request = wgpu::DeviceDescriptor {
+            label: Some("bregma"),
+            // What the solver `filter` asks for, and nothing else.
+            required_features: adapter.features() & wgpu::Features::FLOAT32_FILTERABLE,
+            required_limits: adapter.limits(),
+            ..Default::default()
+        };
         let refused = |e: wgpu::RequestDeviceError| GpuError::NoDevice { adapter: info.name.clone(), reason: e.to_string() };
         let (device, queue) = pollster::block_on(adapter.request_device(&request)).map_err(refused)?;
         let failure = Arc::new(Mutex::new(None));
@@ -111,6 +123,11 @@ impl Gpu {
     pub fn name(&self) -> String {
         let software = if self.info.device_type == wgpu::DeviceType::Cpu { ", a software driver" } else { "" };
         format!("{:?}, {}{software}", self.info.backend, self.info.name)
+    }
+
+    /// Whether textures of float32 can be filtered.
+    pub fn filters_f32(&self) -> bool {
+        self.device.features().contains(wgpu::Features::FLOAT32_FILTERABLE)
     }
 
     /// Waits until the submitted work is done; reports what failed on the way.

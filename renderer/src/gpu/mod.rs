@@ -4,20 +4,21 @@
 mod device;
 mod layout;
 mod pipelines;
+mod plan;
 mod segments;
+mod split;
 mod upload;
 
 use device::Gpu;
 pub use device::GpuError;
-use layout::{PixelAffinePairs, ShadeLayer, ShadeParams, TraceParams, padded, padded_matrix};
 use pipelines::{Pipelines, Target};
 
-use crate::frame::{Frame, FrameLayer, MapCache};
+use crate::frame::{Frame, MapCache};
 use crate::occupancy::DistanceMap;
 use crate::roots::{PerVoxel, Solver, Steps};
-use crate::scene::{Mode, Picture, Scene};
-use crate::{RenderError, Renderer};
-use bregma_volume::Volume;
+use crate::scene::{Picture, Scene};
+use crate::{RenderError, Renderer, Split};
+use bregma_volume::{Samples, Volume};
 use std::sync::{Arc, Weak};
 
 /// Side of a tile in pixels; below 256 pixel numbers have 8 bits, which keeps ray set-up exact (see `line.wgsl`).
@@ -31,38 +32,57 @@ macro_rules! wgsl {
     };
 }
 
-/// The WGSL of a solver that works within a cell; `None` for fixed steps.
-fn solver_source(solver: Solver) -> Option<String> {
+/// The WGSL of a solver's `first_entry` in a segment of a cell; of `filter` the part that does not depend on where samples lie.
+fn solver_source(solver: Solver) -> String {
     let count = |steps: Steps| match steps {
         Steps::Two => "2u",
         Steps::Three => "3u",
         Steps::Four => "4u",
     };
     let source = match solver {
-        Solver::Exact => wgsl!("exact").to_owned(),
+        Solver::Exact => [wgsl!("cubic"), wgsl!("exact")].join("\n"),
         Solver::Linear => wgsl!("linear").to_owned(),
         Solver::Neubauer(steps) => wgsl!("neubauer").replace("STEP_COUNT", count(steps)),
         Solver::Marmitt(steps) => wgsl!("marmitt").replace("STEP_COUNT", count(steps)),
         Solver::Analytic => wgsl!("analytic").to_owned(),
-        Solver::Step(_) => return None,
+        Solver::Step(steps) => wgsl!("segment_steps").replace("PER_VOXEL", per_voxel(steps)),
+        Solver::Filter => [wgsl!("cubic"), wgsl!("filter")].join("\n"),
     };
-    Some([wgsl!("interpolant"), wgsl!("bernstein"), &source].join("\n"))
+    [wgsl!("interpolant"), wgsl!("bernstein"), &source].join("\n")
 }
 
-/// The WGSL of the pass over a volume whose texture has components of type `component`, with one solver compiled in.
-fn trace_source(component: &str, solver: Solver) -> String {
-    let per_voxel = |steps: PerVoxel| match steps {
+fn per_voxel(steps: PerVoxel) -> &'static str {
+    match steps {
         PerVoxel::One => "1.0",
         PerVoxel::Two => "2.0",
         PerVoxel::Four => "4.0",
         PerVoxel::Eight => "8.0",
+    }
+}
+
+/// How much of a pass is compiled in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Parts {
+    /// Only walking; for timing.
+    Walk,
+    /// Walking and fetching samples; for timing.
+    Fetch,
+    /// Everything.
+    Solve,
+}
+
+/// The WGSL of the pass over a volume whose texture has components of type `component`, with one solver compiled in.
+fn trace_source(component: &str, solver: Solver, parts: Parts) -> String {
+    let samples = if parts == Parts::Walk { wgsl!("unread").to_owned() } else { wgsl!("samples").replace("SAMPLE", component) };
+    let filtered = if parts == Parts::Walk { "" } else { wgsl!("filtered") };
+    let unsolved = [wgsl!("unsolved"), wgsl!("filter")].join("\n");
+    let solve = if parts == Parts::Solve { solver_source(solver) } else { unsolved };
+    let in_brick = match solver {
+        Solver::Step(steps) => [wgsl!("interpolant"), &wgsl!("steps").replace("PER_VOXEL", per_voxel(steps))].join("\n"),
+        Solver::Filter => [&solve, filtered, wgsl!("filter_cells")].join("\n"),
+        _ => [&solve, wgsl!("cells")].join("\n"),
     };
-    let in_brick = match (solver, solver_source(solver)) {
-        (Solver::Step(steps), _) => [wgsl!("interpolant"), &wgsl!("steps").replace("PER_VOXEL", per_voxel(steps))].join("\n"),
-        (_, source) => [source.as_deref().unwrap_or_default(), wgsl!("cells")].join("\n"),
-    };
-    let walk = wgsl!("walk").replace("SAMPLE", component);
-    [wgsl!("line"), &in_brick, &walk, wgsl!("trace")].join("\n")
+    [wgsl!("line"), &samples, &in_brick, wgsl!("walk"), wgsl!("trace")].join("\n")
 }
 
 /// The WGSL of the shading pass.
@@ -75,6 +95,8 @@ pub struct GpuRenderer {
     pipelines: Pipelines,
     maps: MapCache,
     volumes: Vec<(Weak<Volume>, wgpu::Texture)>,
+    /// As float32, for the solver `filter`.
+    filtered: Vec<(Weak<Volume>, wgpu::Texture)>,
     map_textures: Vec<(Weak<DistanceMap>, wgpu::Texture)>,
     target: Option<Target>,
 }
@@ -84,11 +106,22 @@ impl GpuRenderer {
     pub fn new(software: bool) -> Result<Self, GpuError> {
         let gpu = Gpu::open(software)?;
         let pipelines = Pipelines::new(&gpu);
-        Ok(Self { gpu, pipelines, maps: MapCache::default(), volumes: vec![], map_textures: vec![], target: None })
+        Ok(Self { gpu, pipelines, maps: MapCache::default(), volumes: vec![], filtered: vec![], map_textures: vec![], target: None })
     }
 
     fn sample_texture(&mut self, volume: &Arc<Volume>) -> Result<wgpu::Texture, GpuError> {
         cached(&mut self.volumes, volume, || upload::upload_samples(&self.gpu, volume))
+    }
+
+    /// The samples as what hardware filters; where they are float32 already, the texture that the other solvers take.
+    fn filtered_texture(&mut self, volume: &Arc<Volume>) -> Result<wgpu::Texture, GpuError> {
+        if !self.gpu.filters_f32() {
+            return Err(GpuError::NoFilter { adapter: self.gpu.info.name.clone() });
+        }
+        match volume.samples() {
+            Samples::F32(_) => self.sample_texture(volume),
+            _ => cached(&mut self.filtered, volume, || upload::upload_as_f32(&self.gpu, volume)),
+        }
     }
 
     fn map_texture(&mut self, map: &Arc<DistanceMap>) -> Result<wgpu::Texture, GpuError> {
@@ -96,81 +129,12 @@ impl GpuRenderer {
     }
 
     fn draw(&mut self, frame: &Frame, scene: &Scene, width: u32, height: u32) -> Result<Picture, GpuError> {
-        let limit = self.gpu.device.limits().max_texture_dimension_2d;
-        if width > limit || height > limit {
-            return Err(GpuError::PictureTooLarge { width, height, limit, adapter: self.gpu.info.name.clone() });
-        }
-        let mut volumes = Vec::new();
-        // A volume without cells has nothing to walk, and a texture needs at least one brick.
-        let layers: Vec<_> = frame.layers.iter().filter(|l| !l.surface.grid.is_flat()).collect();
-        for layer in &layers {
-            let samples = self.sample_texture(&layer.surface.volume)?;
-            let map = self.map_texture(&layer.map)?;
-            volumes.push((samples, map, upload::kind_of(layer.surface.volume.samples()).1));
-        }
-        let limit = self.gpu.device.limits().max_storage_buffer_binding_size;
-        let batch = (limit / pipelines::hit_bytes(layers.len())).min(BATCH);
-        if batch == 0 {
-            return Err(GpuError::TooManyVolumes { count: layers.len(), most: (limit / pipelines::hit_bytes(1)) as usize });
-        }
+        let plan = self.plan(frame, scene, width, height, frame.layers.len())?;
         let target = match self.target.take() {
             Some(t) if t.width == width && t.height == height => t,
             _ => Target::new(&self.gpu, width, height),
         };
-        let stride = TILE * TILE * batch as u32;
-        let tiles: Vec<[u32; 4]> = (0..height)
-            .step_by(TILE as usize)
-            .flat_map(|y| (0..width).step_by(TILE as usize).map(move |x| [x, y, TILE.min(width - x), TILE.min(height - y)]))
-            .collect();
-        let trace_tile = |layer: &FrameLayer, pass: usize, [x, y, w, h]: [u32; 4]| {
-            let rays = layer.rays.from_pixel(x, y);
-            TraceParams {
-                origin: PixelAffinePairs::new(&rays.origin),
-                direction: PixelAffinePairs::new(&rays.direction),
-                normal_to_world: padded_matrix(layer.normal_to_world),
-                dims: layer.surface.grid.dims().map(|n| n as i32),
-                level: layer.level,
-                bricks: layer.map.dims().map(|n| n as i32),
-                sign: layer.surface.sign,
-                tile: [w, h],
-                pass_number: pass as u32,
-                stride,
-                s_max: frame.s_max,
-                only_nearest: u32::from(frame.only_nearest),
-                zero: 0,
-                padding: 0,
-            }
-        };
-        let trace: Vec<Vec<TraceParams>> =
-            layers.iter().enumerate().map(|(pass, layer)| tiles.iter().map(|&tile| trace_tile(layer, pass, tile)).collect()).collect();
-        let shade: Vec<ShadeParams> = tiles
-            .iter()
-            .map(|&[x, y, w, h]| {
-                let view = frame.world_rays.from_pixel(x, y).direction;
-                ShadeParams {
-                    view_base: padded(view.base.as_vec3()),
-                    view_per_x: padded(view.per_x.as_vec3()),
-                    view_per_y: padded(view.per_y.as_vec3()),
-                    toward_light: frame.toward_light.to_array(),
-                    ambient: scene.light.ambient,
-                    background: frame.background.to_array(),
-                    diffuse: scene.light.diffuse,
-                    specular: scene.light.specular,
-                    shininess: scene.light.shininess,
-                    stride,
-                    corner: [x, y],
-                    tile: [w, h],
-                    passes: layers.len() as u32,
-                    overlay: u32::from(scene.mode == Mode::Overlay),
-                    padding: [0; 2],
-                }
-            })
-            .collect();
-        let colors: Vec<ShadeLayer> = layers
-            .iter()
-            .map(|l| ShadeLayer { color: l.color.extend(l.opacity).to_array(), id: l.index as u32 + 1, padding: [0; 3] })
-            .collect();
-        self.pipelines.run(&self.gpu, scene.solver, &volumes, &trace, &shade, &colors, &target, batch as usize);
+        self.pipelines.run(&self.gpu, &plan, &target);
         let picture = target.read(&self.gpu, frame)?;
         self.target = Some(target);
         Ok(picture)
@@ -185,6 +149,11 @@ impl Renderer for GpuRenderer {
     fn render(&mut self, volumes: &[Arc<Volume>], scene: &Scene, width: u32, height: u32) -> Result<Picture, RenderError> {
         let frame = Frame::new(&mut self.maps, volumes, scene, width, height)?;
         Ok(self.draw(&frame, scene, width, height)?)
+    }
+
+    fn split(&mut self, volumes: &[Arc<Volume>], scene: &Scene, width: u32, height: u32) -> Result<Split, RenderError> {
+        let frame = Frame::new(&mut self.maps, volumes, scene, width, height)?;
+        Ok(self.split_frame(&frame, scene, width, height)?)
     }
 }
 

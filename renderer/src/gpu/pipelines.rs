@@ -1,18 +1,24 @@
 //! The compute pipelines, what is bound to them, and the picture they leave.
 
 use super::device::{Gpu, GpuError};
-use super::layout::{ShadeLayer, ShadeParams, TraceParams};
-use super::{SHADE, TILE, trace_source};
+use super::layout::{ShadeLayer, TraceParams};
+use super::plan::Plan;
+use super::{Parts, SHADE, TILE, trace_source};
 use crate::frame::Frame;
 use crate::roots::Solver;
 use crate::scene::Picture;
-use wgpu::{BindGroupEntry, BindGroupLayoutEntry, BindingType, BufferBindingType, BufferUsages, TextureFormat, TextureSampleType};
+use std::time::Instant;
+use wgpu::{
+    BindGroupEntry, BindGroupLayoutEntry, BindingType, BufferBindingType, BufferUsages, SamplerBindingType, TextureFormat,
+    TextureSampleType,
+};
 
 /// A pass over volumes of one component type, with one solver.
 #[derive(Debug)]
 struct Trace {
     component: &'static str,
     solver: Solver,
+    parts: Parts,
     layout: wgpu::BindGroupLayout,
     pipeline: wgpu::ComputePipeline,
 }
@@ -23,6 +29,8 @@ pub(super) struct Pipelines {
     trace: Vec<Trace>,
     shade_layout: wgpu::BindGroupLayout,
     shade: wgpu::ComputePipeline,
+    /// The hardware's trilinear filter, for the solver `filter`.
+    pub filter: wgpu::Sampler,
 }
 
 pub(super) fn entry(binding: u32, ty: BindingType) -> BindGroupLayoutEntry {
@@ -33,11 +41,11 @@ pub(super) fn storage(read_only: bool) -> BindingType {
     BindingType::Buffer { ty: BufferBindingType::Storage { read_only }, has_dynamic_offset: false, min_binding_size: None }
 }
 
-fn bound(binding: u32, resource: wgpu::BindingResource<'_>) -> BindGroupEntry<'_> {
+pub(super) fn bound(binding: u32, resource: wgpu::BindingResource<'_>) -> BindGroupEntry<'_> {
     BindGroupEntry { binding, resource }
 }
 
-fn volume_texture(sample_type: TextureSampleType) -> BindingType {
+pub(super) fn volume_texture(sample_type: TextureSampleType) -> BindingType {
     BindingType::Texture { sample_type, view_dimension: wgpu::TextureViewDimension::D3, multisampled: false }
 }
 
@@ -85,62 +93,92 @@ impl Pipelines {
             entry(5, picture_texture(ID)),
         ];
         let (shade_layout, shade) = compile(gpu, "shade", SHADE, &entries);
-        Self { trace: vec![], shade_layout, shade }
+        let linear = wgpu::FilterMode::Linear;
+        let descriptor = wgpu::SamplerDescriptor { label: Some("filter"), mag_filter: linear, min_filter: linear, ..Default::default() };
+        let filter = gpu.device.create_sampler(&descriptor);
+        Self { trace: vec![], shade_layout, shade, filter }
     }
 
-    /// Compiles the pass for `component` and `solver`, if it is not yet; its number.
-    fn trace(&mut self, gpu: &Gpu, component: &'static str, solver: Solver) -> usize {
-        if let Some(known) = self.trace.iter().position(|t| t.component == component && t.solver == solver) {
+    /// Compiles the pass for `component`, `solver` and `parts`, if it is not yet; its number.
+    fn trace(&mut self, gpu: &Gpu, component: &'static str, solver: Solver, parts: Parts) -> usize {
+        if let Some(known) = self.trace.iter().position(|t| t.component == component && t.solver == solver && t.parts == parts) {
             return known;
         }
         let sample_type = match component {
             "u32" => TextureSampleType::Uint,
             "i32" => TextureSampleType::Sint,
-            _ => TextureSampleType::Float { filterable: false },
+            _ => TextureSampleType::Float { filterable: solver == Solver::Filter },
         };
-        let entries = [
+        let mut entries = vec![
             entry(0, storage(true)),
             entry(1, volume_texture(sample_type)),
             entry(2, volume_texture(TextureSampleType::Uint)),
             entry(3, storage(false)),
         ];
-        let (layout, pipeline) = compile(gpu, "trace", &trace_source(component, solver), &entries);
-        self.trace.push(Trace { component, solver, layout, pipeline });
+        if solver == Solver::Filter {
+            entries.push(entry(4, BindingType::Sampler(SamplerBindingType::Filtering)));
+        }
+        let (layout, pipeline) = compile(gpu, "trace", &trace_source(component, solver, parts), &entries);
+        self.trace.push(Trace { component, solver, parts, layout, pipeline });
         self.trace.len() - 1
     }
 
-    /// Runs all passes over all tiles, `batch` of them in one dispatch. `trace` holds, for each of `volumes` (samples, map, component
-    /// type), one entry for each tile; `shade` one for each tile; `colors` one for each volume.
-    #[expect(clippy::too_many_arguments, reason = "each is a different part of one picture")]
-    pub fn run(
+    /// The parameters, textures and hits of a pass over one volume.
+    fn trace_group(&self, gpu: &Gpu, number: usize, volume: &VolumeViews, params: &[TraceParams], hits: &wgpu::Buffer) -> wgpu::BindGroup {
+        let trace = &self.trace[number];
+        let params = filled_buffer(gpu, bytemuck::cast_slice(params), BufferUsages::STORAGE);
+        let texture = wgpu::BindingResource::TextureView;
+        let mut entries = vec![
+            bound(0, params.as_entire_binding()),
+            bound(1, texture(&volume.samples)),
+            bound(2, texture(&volume.map)),
+            bound(3, hits.as_entire_binding()),
+        ];
+        if trace.solver == Solver::Filter {
+            entries.push(bound(4, wgpu::BindingResource::Sampler(&self.filter)));
+        }
+        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("tiles"), layout: &trace.layout, entries: &entries })
+    }
+
+    /// Runs one pass over some tiles of the plan's volume `pass` and waits for it; seconds.
+    pub fn time(
         &mut self,
         gpu: &Gpu,
-        solver: Solver,
-        volumes: &[(wgpu::Texture, wgpu::Texture, &'static str)],
-        trace: &[Vec<TraceParams>],
-        shade: &[ShadeParams],
-        colors: &[ShadeLayer],
-        target: &Target,
-        batch: usize,
-    ) {
-        let hits = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("hits"),
-            size: batch as u64 * hit_bytes(volumes.len()),
-            usage: BufferUsages::STORAGE,
-            mapped_at_creation: false,
-        });
+        plan: &Plan,
+        pass: usize,
+        parts: Parts,
+        params: &[TraceParams],
+        hits: &wgpu::Buffer,
+    ) -> Result<f64, GpuError> {
+        let (samples, map, component) = &plan.volumes[pass];
+        let number = self.trace(gpu, component, plan.solver, parts);
+        let group = self.trace_group(gpu, number, &VolumeViews::new(samples, map), params, hits);
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        let mut compute = encoder.begin_compute_pass(&Default::default());
+        compute.set_pipeline(&self.trace[number].pipeline);
+        compute.set_bind_group(0, &group, &[]);
+        compute.dispatch_workgroups(TILE / 8, TILE / 8, params.len() as u32);
+        drop(compute);
+        gpu.wait()?;
+        let begun = Instant::now();
+        gpu.queue.submit([encoder.finish()]);
+        gpu.wait()?;
+        Ok(begun.elapsed().as_secs_f64())
+    }
+
+    /// Runs all passes over all tiles.
+    pub fn run(&mut self, gpu: &Gpu, plan: &Plan, target: &Target) {
+        let Plan { solver, volumes, trace, shade, colors, batch } = plan;
+        let hits = hit_buffer(gpu, *batch, volumes.len());
         let unused = [ShadeLayer { color: [0.0; 4], id: 0, padding: [0; 3] }];
         let colors = bytemuck::cast_slice(if colors.is_empty() { &unused } else { colors });
         let colors = filled_buffer(gpu, colors, BufferUsages::STORAGE);
-        let numbers: Vec<usize> = volumes.iter().map(|(.., component)| self.trace(gpu, component, solver)).collect();
+        let numbers: Vec<usize> = volumes.iter().map(|(.., component)| self.trace(gpu, component, *solver, Parts::Solve)).collect();
         let view = |t: &wgpu::Texture| t.create_view(&Default::default());
-        let volumes: Vec<_> = volumes.iter().map(|(samples, map, _)| (view(samples), view(map))).collect();
+        let volumes: Vec<_> = volumes.iter().map(|(samples, map, _)| VolumeViews::new(samples, map)).collect();
         let [color, depth, id] = [&target.color, &target.depth, &target.id].map(view);
-        let group = |layout, entries: &[BindGroupEntry<'_>]| {
-            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("tiles"), layout, entries })
-        };
         let texture = wgpu::BindingResource::TextureView;
-        for first in (0..shade.len()).step_by(batch) {
+        for first in (0..shade.len()).step_by(*batch) {
             let tiles = first..(first + batch).min(shade.len());
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
             let mut pass = encoder.begin_compute_pass(&Default::default());
@@ -149,16 +187,8 @@ impl Pipelines {
                 pass.set_bind_group(0, &group, &[]);
                 pass.dispatch_workgroups(TILE / 8, TILE / 8, tiles.len() as u32);
             };
-            for ((number, (samples, map)), params) in numbers.iter().zip(&volumes).zip(trace) {
-                let trace = &self.trace[*number];
-                let params = filled_buffer(gpu, bytemuck::cast_slice(&params[tiles.clone()]), BufferUsages::STORAGE);
-                let entries = [
-                    bound(0, params.as_entire_binding()),
-                    bound(1, texture(samples)),
-                    bound(2, texture(map)),
-                    bound(3, hits.as_entire_binding()),
-                ];
-                dispatch(&trace.pipeline, group(&trace.layout, &entries));
+            for ((&number, volume), params) in numbers.iter().zip(&volumes).zip(trace) {
+                dispatch(&self.trace[number].pipeline, self.trace_group(gpu, number, volume, &params[tiles.clone()], &hits));
             }
             let params = filled_buffer(gpu, bytemuck::cast_slice(&shade[tiles.clone()]), BufferUsages::STORAGE);
             let entries = [
@@ -169,11 +199,32 @@ impl Pipelines {
                 bound(4, texture(&depth)),
                 bound(5, texture(&id)),
             ];
-            dispatch(&self.shade, group(&self.shade_layout, &entries));
+            let layout = &self.shade_layout;
+            let descriptor = wgpu::BindGroupDescriptor { label: Some("tiles"), layout, entries: &entries };
+            dispatch(&self.shade, gpu.device.create_bind_group(&descriptor));
             drop(pass);
             gpu.queue.submit([encoder.finish()]);
         }
     }
+}
+
+/// A volume's textures as passes see them.
+struct VolumeViews {
+    samples: wgpu::TextureView,
+    map: wgpu::TextureView,
+}
+
+impl VolumeViews {
+    fn new(samples: &wgpu::Texture, map: &wgpu::Texture) -> Self {
+        let view = |t: &wgpu::Texture| t.create_view(&Default::default());
+        Self { samples: view(samples), map: view(map) }
+    }
+}
+
+/// Room for the hits of `passes` over a batch of tiles.
+pub(super) fn hit_buffer(gpu: &Gpu, batch: usize, passes: usize) -> wgpu::Buffer {
+    let size = batch as u64 * hit_bytes(passes);
+    gpu.device.create_buffer(&wgpu::BufferDescriptor { label: Some("hits"), size, usage: BufferUsages::STORAGE, mapped_at_creation: false })
 }
 
 /// Bytes of the hits of a tile: 16 for each pixel and pass, and never none.

@@ -1,13 +1,13 @@
-//! Solvers on the GPU by themselves: the first entries of many segments, for the stability table.
+//! Solvers on the GPU by themselves: what they make of many segments, for the stability table.
 
 use super::layout::padded;
-use super::pipelines::{compile, entry, filled_buffer, storage};
-use super::{GpuRenderer, solver_source};
+use super::pipelines::{bound, compile, entry, filled_buffer, storage, volume_texture};
+use super::{GpuRenderer, solver_source, upload};
 use crate::RenderError;
 use crate::roots::Solver;
-use crate::stability::{Segment, SolveSegments};
+use crate::stability::{Segment, SolveSegments, Solved};
 use bytemuck::{Pod, Zeroable};
-use wgpu::{BindGroupEntry, BufferUsages};
+use wgpu::{BindingType, BufferUsages, SamplerBindingType, TextureSampleType};
 
 /// `Segment` of `shaders/segments.wgsl`.
 #[repr(C)]
@@ -19,28 +19,58 @@ struct SegmentRecord {
     end: [f32; 4],
 }
 
+/// `Solved` of `shaders/segments.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct SolvedRecord {
+    entry: f32,
+    entries: u32,
+}
+
+/// The WGSL of a solver by itself, on many segments.
+fn segments_source(solver: Solver) -> String {
+    let entry_of = match solver {
+        Solver::Filter => include_str!("../../../shaders/filter_segments.wgsl"),
+        _ => include_str!("../../../shaders/corner_segments.wgsl"),
+    };
+    [&solver_source(solver), entry_of, include_str!("../../../shaders/segments.wgsl")].join("\n")
+}
+
 impl SolveSegments for GpuRenderer {
-    fn first_entries(&mut self, solver: Solver, segments: &[Segment]) -> Result<Vec<Option<f32>>, RenderError> {
-        // Fixed steps know no cells, and so no segments of them.
-        let Some(solver) = solver_source(solver) else { return Ok(vec![None; segments.len()]) };
+    fn backend(&self) -> &'static str {
+        "gpu"
+    }
+
+    fn has(&self, solver: Solver) -> bool {
+        solver != Solver::Filter || self.gpu.filters_f32()
+    }
+
+    fn solve(&mut self, solver: Solver, segments: &[Segment]) -> Result<Vec<Solved>, RenderError> {
         let gpu = &self.gpu;
-        let source = [&solver, include_str!("../../../shaders/segments.wgsl")].join("\n");
-        let (layout, pipeline) = compile(gpu, "solve", &source, &[entry(0, storage(true)), entry(1, storage(false))]);
+        let is_filter = solver == Solver::Filter;
+        let mut entries = vec![entry(0, storage(true)), entry(1, storage(false))];
+        if is_filter {
+            entries.push(entry(2, volume_texture(TextureSampleType::Float { filterable: true })));
+            entries.push(entry(3, BindingType::Sampler(SamplerBindingType::Filtering)));
+        }
+        let (layout, pipeline) = compile(gpu, "solve", &segments_source(solver), &entries);
         let record = |s: &Segment| {
             let [a, b, c, d, e, f, g, h] = s.corners;
             SegmentRecord { lower: [a, b, c, d], upper: [e, f, g, h], start: padded(s.from), end: padded(s.to) }
         };
         let records: Vec<SegmentRecord> = segments.iter().map(record).collect();
         let input = filled_buffer(gpu, bytemuck::cast_slice(&records), BufferUsages::STORAGE);
-        let size = segments.len() as u64 * 4;
+        let size = (segments.len() * size_of::<SolvedRecord>()) as u64;
         let buffer =
-            |usage| gpu.device.create_buffer(&wgpu::BufferDescriptor { label: Some("entries"), size, usage, mapped_at_creation: false });
+            |usage| gpu.device.create_buffer(&wgpu::BufferDescriptor { label: Some("solved"), size, usage, mapped_at_creation: false });
         let (output, readback) =
             (buffer(BufferUsages::STORAGE | BufferUsages::COPY_SRC), buffer(BufferUsages::MAP_READ | BufferUsages::COPY_DST));
-        let entries = [
-            BindGroupEntry { binding: 0, resource: input.as_entire_binding() },
-            BindGroupEntry { binding: 1, resource: output.as_entire_binding() },
-        ];
+        let mut entries = vec![bound(0, input.as_entire_binding()), bound(1, output.as_entire_binding())];
+        let blocks = if is_filter { Some(self.blocks(segments)?) } else { None };
+        if let Some(blocks) = &blocks {
+            entries.push(bound(2, wgpu::BindingResource::TextureView(blocks)));
+            entries.push(bound(3, wgpu::BindingResource::Sampler(&self.pipelines.filter)));
+        }
         let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("solve"), layout: &layout, entries: &entries });
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let mut pass = encoder.begin_compute_pass(&Default::default());
@@ -50,8 +80,24 @@ impl SolveSegments for GpuRenderer {
         drop(pass);
         encoder.copy_buffer_to_buffer(&output, 0, &readback, 0, size);
         gpu.queue.submit([encoder.finish()]);
-        let bytes = gpu.read_buffer(&readback, |bytes| bytes.to_vec())?;
-        let answer = |b: &[u8; 4]| Some(f32::from_le_bytes(*b)).filter(|u| *u >= 0.0);
-        Ok(bytes.as_chunks().0.iter().map(answer).collect())
+        let answer = |r: &SolvedRecord| Solved { entry: Some(r.entry).filter(|u| *u >= 0.0), entries: r.entries };
+        Ok(gpu.read_buffer(&readback, |bytes| bytemuck::cast_slice(bytes).iter().map(answer).collect())?)
+    }
+}
+
+impl GpuRenderer {
+    /// The corners of all cells as blocks of 2×2×2 samples of a texture that the hardware filters, i fastest.
+    fn blocks(&self, segments: &[Segment]) -> Result<wgpu::TextureView, RenderError> {
+        let count = (1..).find(|n: &usize| n.pow(3) >= segments.len()).unwrap_or(1);
+        let side = 2 * count;
+        let mut samples = vec![0.0_f32; side.pow(3)];
+        for (n, s) in segments.iter().enumerate() {
+            let [x, y, z] = [n % count, n / count % count, n / (count * count)].map(|b| 2 * b);
+            for (c, value) in s.corners.iter().enumerate() {
+                samples[((z + (c >> 2)) * side + y + (c >> 1 & 1)) * side + x + (c & 1)] = *value;
+            }
+        }
+        let texture = upload::upload(&self.gpu, [side; 3], wgpu::TextureFormat::R32Float, bytemuck::cast_slice(&samples))?;
+        Ok(texture.create_view(&Default::default()))
     }
 }

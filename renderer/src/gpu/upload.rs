@@ -1,8 +1,9 @@
-//! Volumes as 3D textures in the type of their samples: `textureLoad` returns exactly what the file holds.
+//! Volumes as 3D textures in the type of their samples: `textureLoad` returns exactly what the file holds. Hardware filters no integers,
+//! so the solver `filter` takes them as float32.
 
 use super::device::{Gpu, GpuError};
 use crate::occupancy::DistanceMap;
-use bregma_volume::{Samples, Volume};
+use bregma_volume::{Sample, Samples, Volume, with_samples};
 
 /// How samples are stored on the GPU: the texture's format and its component type in WGSL.
 pub(super) fn kind_of(samples: &Samples) -> (wgpu::TextureFormat, &'static str) {
@@ -25,6 +26,12 @@ pub(super) fn upload_samples(gpu: &Gpu, volume: &Volume) -> Result<wgpu::Texture
     upload(gpu, volume.grid().dims(), kind_of(volume.samples()).0, bytes)
 }
 
+/// Uploads the samples of `volume` as float32, which holds those of every type.
+pub(super) fn upload_as_f32(gpu: &Gpu, volume: &Volume) -> Result<wgpu::Texture, GpuError> {
+    let samples: Vec<f32> = with_samples!(volume.samples(), s => s.iter().map(|s| s.to_f32()).collect());
+    upload(gpu, volume.grid().dims(), wgpu::TextureFormat::R32Float, bytemuck::cast_slice(&samples))
+}
+
 /// Uploads a distance map.
 pub(super) fn upload_map(gpu: &Gpu, map: &DistanceMap) -> Result<wgpu::Texture, GpuError> {
     upload(gpu, map.dims(), wgpu::TextureFormat::R8Uint, map.distances())
@@ -33,7 +40,7 @@ pub(super) fn upload_map(gpu: &Gpu, map: &DistanceMap) -> Result<wgpu::Texture, 
 /// Bytes on their way at once: the driver keeps a copy of what is not yet on the card.
 const SLAB_BYTES: usize = 64 << 20;
 
-fn upload(gpu: &Gpu, dims: [usize; 3], format: wgpu::TextureFormat, bytes: &[u8]) -> Result<wgpu::Texture, GpuError> {
+pub(super) fn upload(gpu: &Gpu, dims: [usize; 3], format: wgpu::TextureFormat, bytes: &[u8]) -> Result<wgpu::Texture, GpuError> {
     let limit = gpu.device.limits().max_texture_dimension_3d;
     if dims.iter().any(|&n| n > limit as usize) {
         return Err(GpuError::TooLarge { dims, limit, adapter: gpu.info.name.clone() });

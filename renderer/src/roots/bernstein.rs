@@ -30,7 +30,7 @@ pub(super) fn bernstein(f: &[f32; 8], p: Vec3, q: Vec3) -> [f32; 4] {
 
 #[cfg(test)]
 mod tests {
-    use super::super::exact::value;
+    use super::super::cubic::value;
     use super::super::inside;
     use super::super::tests::trilinear_f64;
     use super::*;

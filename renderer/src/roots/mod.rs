@@ -1,19 +1,22 @@
 //! The solvers: ways to find where a ray first enters the bone. Each that works within one cell is one file here and one shader of
-//! the same name (fixed steps are `cpu/steps.rs`, as they know no cells); the walk is compiled for each on its own, so that what is
-//! timed is the method and not a switch.
+//! the same name (fixed steps are drawn by `cpu/steps.rs`, as they know no cells; the hardware's `filter` exists on the GPU only); the
+//! walk is compiled for each on its own, so that what is timed is the method and not a switch.
 
 mod analytic;
 mod bernstein;
+mod cubic;
 mod exact;
 mod linear;
 mod marmitt;
 mod neubauer;
+mod segment_steps;
 
 pub(crate) use analytic::Analytic;
 pub(crate) use exact::Exact;
 pub(crate) use linear::Linear;
 pub(crate) use marmitt::Marmitt;
 pub(crate) use neubauer::Neubauer;
+pub(crate) use segment_steps::SegmentSteps;
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -37,6 +40,8 @@ pub enum Solver {
     Analytic,
     /// Steps of fixed length through the brick, with linear interpolation where samples change sides.
     Step(PerVoxel),
+    /// The hardware's trilinear filter at four points of a cell, and the cubic through them; on the GPU only.
+    Filter,
 }
 
 /// Fixed steps in a voxel's length.
@@ -65,7 +70,7 @@ pub enum Steps {
 
 impl Solver {
     /// Every solver.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Exact,
         Self::Linear,
         Self::Neubauer(Steps::Two),
@@ -79,7 +84,13 @@ impl Solver {
         Self::Step(PerVoxel::Two),
         Self::Step(PerVoxel::Four),
         Self::Step(PerVoxel::Eight),
+        Self::Filter,
     ];
+
+    /// Whether the CPU has it too. The GPU has all.
+    pub fn on_cpu(self) -> bool {
+        self != Self::Filter
+    }
 }
 
 impl fmt::Display for Solver {
@@ -99,6 +110,7 @@ impl fmt::Display for Solver {
             Self::Step(PerVoxel::Two) => f.write_str("step:0.5"),
             Self::Step(PerVoxel::Four) => f.write_str("step:0.25"),
             Self::Step(PerVoxel::Eight) => f.write_str("step:0.125"),
+            Self::Filter => f.write_str("filter"),
         }
     }
 }

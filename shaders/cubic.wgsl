@@ -1,0 +1,112 @@
+// The first entry of a cubic in Bernstein form.
+// The twin of renderer/src/roots/cubic.rs, which says why each step is as it is.
+
+// The cubic at u. Called `cubic_value` and `cubic_slope` here, as WGSL has no modules.
+fn cubic_value(b: vec4<f32>, u: f32) -> f32 {
+    let m = 1.0 - u;
+    return (b.x * m + 3.0 * b.y * u) * m * m + (3.0 * b.z * m + b.w * u) * u * u;
+}
+
+// Its derivative at u.
+fn cubic_slope(b: vec4<f32>, u: f32) -> f32 {
+    let m = 1.0 - u;
+    return 3.0 * ((b.y - b.x) * m * m + 2.0 * (b.z - b.y) * m * u + (b.w - b.z) * u * u);
+}
+
+// n / d where that lies in (0, 1), else 1. The divisor is guarded before it divides.
+fn ratio(n: f32, d: f32) -> f32 {
+    if abs(n) < abs(d) && n * sign(d) > 0.0 {
+        return n / d;
+    }
+    return 1.0;
+}
+
+// Where the derivative vanishes, ascending; 1 stands for none.
+fn turning_points(b: vec4<f32>) -> vec2<f32> {
+    let differences = b.yzw - b.xyz;
+    let largest = max(abs(differences.x), max(abs(differences.y), abs(differences.z)));
+    if largest == 0.0 {
+        return vec2<f32>(1.0, 1.0);
+    }
+    let q0 = differences.x / largest;
+    let q1 = differences.y / largest;
+    let q2 = differences.z / largest;
+    let a = q0 - 2.0 * q1 + q2;
+    let w = q0 - q1;
+    let discriminant = q1 * q1 - q0 * q2;
+    if discriminant < 0.0 {
+        return vec2<f32>(1.0, 1.0);
+    }
+    let root = sqrt(discriminant);
+    let k = select(w + root, w - root, w < 0.0);
+    let e = ratio(k, a);
+    let f = ratio(q0, k);
+    return vec2<f32>(min(e, f), max(e, f));
+}
+
+const MAX_STEPS: u32 = 40u;
+const STEP_TOLERANCE: f32 = 1e-6;
+
+// The only entry in (low, high), from outside to inside; f_low and f_high are the values there.
+fn refine(b: vec4<f32>, first_low: f32, f_low: f32, first_high: f32, f_high: f32) -> f32 {
+    var low = first_low;
+    var high = first_high;
+    var u = clamp(low - f_low * ((high - low) / (f_high - f_low)), low, high);
+    for (var i = 0u; i < MAX_STEPS; i++) {
+        let f = cubic_value(b, u);
+        let d = cubic_slope(b, u);
+        if inside(f) {
+            high = u;
+        } else {
+            low = u;
+        }
+        let room = select(high - u, u - low, (f < 0.0) == (d < 0.0));
+        var next = 0.5 * (low + high);
+        if abs(f) < abs(d) * room {
+            next = u - f / d;
+        }
+        let step = abs(next - u);
+        u = next;
+        if step <= STEP_TOLERANCE {
+            break;
+        }
+    }
+    return u;
+}
+
+// The first u in [0, 1] where the cubic with Bernstein coefficients b enters the inside; negative when it stays outside.
+fn cubic_entry(b: vec4<f32>) -> f32 {
+    if inside(b.x) {
+        return 0.0;
+    }
+    if !any(b >= vec4<f32>(0.0)) {
+        return -1.0;
+    }
+    let changes_once = inside(b.w) && (!inside(b.y) || inside(b.z));
+    if changes_once {
+        return refine(b, 0.0, b.x, 1.0, b.w);
+    }
+    let turns = turning_points(b);
+    var low = 0.0;
+    var f_low = b.x;
+    if turns.x < 1.0 {
+        let f_high = cubic_value(b, turns.x);
+        if inside(f_high) {
+            return refine(b, low, f_low, turns.x, f_high);
+        }
+        low = turns.x;
+        f_low = f_high;
+    }
+    if turns.y < 1.0 {
+        let f_high = cubic_value(b, turns.y);
+        if inside(f_high) {
+            return refine(b, low, f_low, turns.y, f_high);
+        }
+        low = turns.y;
+        f_low = f_high;
+    }
+    if inside(b.w) {
+        return refine(b, low, f_low, 1.0, b.w);
+    }
+    return -1.0;
+}
