@@ -77,6 +77,9 @@ pub enum Command {
     /// Time the orbit
     #[command(after_help = "Example:\n  bregma bench skull.nrrd --iso 300 --json")]
     Bench(BenchArgs),
+    /// Speed against accuracy of every solver: chart.csv, chart.svg, chart.png, and a picture of each one's errors
+    #[command(after_help = "Examples:\n  bregma chart skull.nrrd --iso 300 --out chart\n  bregma chart --backend cpu --out chart")]
+    Chart(ChartArgs),
 }
 
 /// `bregma demo`.
@@ -128,7 +131,7 @@ pub struct RenderArgs {
     /// Pixels
     #[arg(long, value_name = "WxH", value_parser = size, default_value = "512x512")]
     pub size: (u32, u32),
-    /// How roots are found: exact [default], linear, neubauer[:2|3|4], marmitt[:2|3|4], analytic, step:1|0.5|0.25|0.125
+    /// How roots are found: exact [default], linear, neubauer[:2|3|4], marmitt[:2|3|4], analytic, step:1|0.5|0.25|0.125, filter (GPU)
     #[arg(long, value_name = "NAME", value_parser = solver)]
     pub solver: Option<Solver>,
     /// Opacity of a surface that overlay draws transparent: once for all, or once for each volume
@@ -225,7 +228,7 @@ pub struct BenchArgs {
     /// How surfaces are put together
     #[arg(long, value_enum, default_value = "iso")]
     pub mode: ModeName,
-    /// How roots are found: exact, linear, neubauer[:2|3|4], marmitt[:2|3|4], analytic, step:1|0.5|0.25|0.125
+    /// How roots are found: exact, linear, neubauer[:2|3|4], marmitt[:2|3|4], analytic, step:1|0.5|0.25|0.125, filter (GPU)
     #[arg(long, value_name = "NAME", value_parser = solver, default_value = "exact")]
     pub solver: Solver,
     /// Pixels along each side
@@ -237,6 +240,29 @@ pub struct BenchArgs {
     /// One JSON object
     #[arg(long)]
     pub json: bool,
+}
+
+/// `bregma chart`.
+#[derive(Debug, Args)]
+pub struct ChartArgs {
+    /// The scans; the built-in pair when absent.
+    #[command(flatten)]
+    pub sources: Sources<0>,
+    /// Isovalues.
+    #[command(flatten)]
+    pub isovalues: Isovalues,
+    /// Folder to write into; made if it is not there
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Pixels along each side
+    #[arg(long, value_name = "N", default_value_t = 512, value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub size: u32,
+    /// Frames of the orbit
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub frames: u32,
+    /// Times that each frame is timed
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub rounds: u32,
 }
 
 /// `bregma stability`.

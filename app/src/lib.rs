@@ -1,6 +1,7 @@
 //! The workstation: a window and a command line over the libraries of this workspace.
 
 pub mod args;
+pub mod chart;
 pub mod commands;
 pub mod input;
 pub mod output;

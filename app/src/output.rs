@@ -22,14 +22,23 @@ pub fn write_whole(file: &Path, bytes: &[u8]) -> Result<(), OutputError> {
 
 /// Writes a picture as PNG, sRGB with alpha.
 pub fn write_png(file: &Path, picture: &Picture) -> Result<(), OutputError> {
+    write_pixels(file, picture.width, picture.height, png::ColorType::Rgba, picture.rgba.as_flattened())
+}
+
+/// Writes a figure as PNG, sRGB without alpha: 3 bytes a pixel.
+pub fn write_figure(file: &Path, (rgb, width, height): (Vec<u8>, u32, u32)) -> Result<(), OutputError> {
+    write_pixels(file, width, height, png::ColorType::Rgb, &rgb)
+}
+
+fn write_pixels(file: &Path, width: u32, height: u32, color: png::ColorType, pixels: &[u8]) -> Result<(), OutputError> {
     let encode = || -> Result<Vec<u8>, png::EncodingError> {
         let mut bytes = Vec::new();
-        let mut encoder = png::Encoder::new(&mut bytes, picture.width, picture.height);
-        encoder.set_color(png::ColorType::Rgba);
+        let mut encoder = png::Encoder::new(&mut bytes, width, height);
+        encoder.set_color(color);
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
         let mut writer = encoder.write_header()?;
-        writer.write_image_data(picture.rgba.as_flattened())?;
+        writer.write_image_data(pixels)?;
         writer.finish()?;
         Ok(bytes)
     };

@@ -2,7 +2,7 @@
 
 use super::{CommandError, open, print, renderer};
 use crate::args::{Backend, BenchArgs, ModeName};
-use bregma_renderer::Camera;
+use crate::chart::orbit;
 use bregma_volume::RangeBricks;
 use serde::Serialize;
 use std::time::Instant;
@@ -30,29 +30,25 @@ struct Record {
     memory_bytes: usize,
 }
 
-/// Degrees above the horizon that the orbit looks from.
-const ELEVATION_DEG: f64 = 15.0;
-
 /// Times the orbit. A frame is timed from the request to the pixels in memory.
 pub fn bench(args: &BenchArgs, backend: Backend) -> Result<(), CommandError> {
     let mut opened = open(&args.sources.0, &args.isovalues)?;
     opened.scene.mode = args.mode.into();
     opened.scene.solver = args.solver;
-    let bounds = opened.bounds();
     let mut renderer = renderer(backend)?;
     let name = renderer.name();
-    let orbit = |f: u32| Camera::orbit(&bounds, 360.0 * f64::from(f) / f64::from(args.frames), ELEVATION_DEG);
+    let cameras = orbit(&opened.bounds(), args.frames);
     let mut timed = |scene: &bregma_renderer::Scene| -> Result<f64, CommandError> {
         let start = Instant::now();
         renderer.render(&opened.volumes, scene, args.size, args.size)?;
         Ok(start.elapsed().as_secs_f64() * 1e3)
     };
     let mut scene = opened.scene.clone();
-    scene.camera = orbit(0);
+    scene.camera = cameras[0];
     let first_frame_ms = timed(&scene)?;
     let mut frames = Vec::new();
-    for f in 0..args.frames {
-        scene.camera = orbit(f);
+    for camera in &cameras {
+        scene.camera = *camera;
         frames.push(timed(&scene)?);
     }
     // The first exact frame of another surface: half a percent of the range away.
@@ -60,7 +56,7 @@ pub fn bench(args: &BenchArgs, backend: Backend) -> Result<(), CommandError> {
         let [low, high] = volume.range();
         layer.iso += 0.005 * (high - low);
     }
-    scene.camera = orbit(0);
+    scene.camera = cameras[0];
     let isovalue_change_ms = timed(&scene)?;
     frames.sort_by(f64::total_cmp);
     let at = |part: f64| frames[((frames.len() - 1) as f64 * part).round() as usize];

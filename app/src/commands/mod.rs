@@ -1,6 +1,7 @@
 //! What the command line does, a file for each command.
 
 mod bench;
+mod chart;
 mod demo;
 mod info;
 mod probe;
@@ -8,6 +9,7 @@ mod render;
 mod stability;
 
 pub use bench::bench;
+pub use chart::chart;
 pub use demo::{demo, write_demo};
 pub use info::info;
 pub use probe::probe;
@@ -43,6 +45,9 @@ pub enum CommandError {
     /// The stability table.
     #[error(transparent)]
     Stability(#[from] bregma_renderer::stability::StabilityError),
+    /// The chart of speed and accuracy.
+    #[error(transparent)]
+    Chart(#[from] crate::chart::ChartError),
     /// A registration flattens a volume.
     #[error("the transform of a volume cannot be used: {0}")]
     Grid(#[from] bregma_volume::GridError),

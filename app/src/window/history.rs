@@ -19,7 +19,8 @@ impl Work {
         let (a, b) = (&self.opened, &other.opened);
         a.volumes.len() == b.volumes.len()
             && a.volumes.iter().zip(&b.volumes).all(|(a, b)| Arc::ptr_eq(a, b))
-            && (&a.scene.layers, a.scene.mode, a.scene.background) == (&b.scene.layers, b.scene.mode, b.scene.background)
+            && (&a.scene.layers, a.scene.mode, a.scene.background, a.scene.solver)
+                == (&b.scene.layers, b.scene.mode, b.scene.background, b.scene.solver)
             && self.ray == other.ray
     }
 }

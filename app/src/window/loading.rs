@@ -1,33 +1,29 @@
-//! Reading on a thread of its own, so that the window never waits for a file.
+//! Scans on their way in.
 
-use super::layers::line;
+use super::job::Job;
 use crate::input::{DEMO_SIZE, InputError, Opened, Source};
 use bregma_renderer::Mode;
-use bregma_volume::Progress;
-use egui::{Align, Context, Layout, ProgressBar, Ui};
-use std::sync::Arc;
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
-use std::time::Duration;
+use egui::Context;
 
 /// Scans on their way in. Dropping it stops the reading.
 #[derive(Debug)]
 pub struct Loading {
-    what: String,
+    /// The reading.
+    pub job: Job<Opened>,
     /// The scans join those that are open, instead of taking their place.
     pub adds: bool,
-    progress: Arc<Progress>,
-    result: Receiver<Result<Opened, InputError>>,
 }
 
 impl Loading {
     /// Computes the built-in pair.
     pub fn demo(ctx: &Context) -> Self {
-        Self::start(ctx, "Making the demo pair".into(), false, |progress| {
+        let make = |progress: &_| -> Result<Opened, InputError> {
             let mut opened = Opened::demo(DEMO_SIZE, progress)?;
             // The two differ in few places: over most of the bone their surfaces coincide, and neither is the nearer one.
             opened.scene.mode = Mode::Overlay;
             Ok(opened)
-        })
+        };
+        Self { job: Job::start(ctx, "Making the demo pair".into(), make), adds: false }
     }
 
     /// Reads scans or a session.
@@ -39,53 +35,6 @@ impl Loading {
         };
         // A session brings its own scene, which replaces what is open.
         let is_session = matches!(&sources[..], [only] if only.file.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")));
-        Self::start(ctx, what, adds && !is_session, move |progress| Opened::read(&sources, progress))
-    }
-
-    fn start(ctx: &Context, what: String, adds: bool, work: impl FnOnce(&Progress) -> Result<Opened, InputError> + Send + 'static) -> Self {
-        let progress = Arc::new(Progress::default());
-        let (send, result) = channel();
-        let (shared, ctx) = (Arc::clone(&progress), ctx.clone());
-        std::thread::spawn(move || {
-            // Nobody listens any more when the person cancelled.
-            let _ = send.send(work(&shared));
-            ctx.request_repaint();
-        });
-        Self { what, adds, progress, result }
-    }
-
-    /// The scans or one sentence about what went wrong; `None` while reading.
-    pub fn poll(&self) -> Option<Result<Opened, String>> {
-        match self.result.try_recv() {
-            Ok(result) => Some(result.map_err(|e| e.to_string())),
-            Err(TryRecvError::Empty) => None,
-            Err(TryRecvError::Disconnected) => {
-                Some(Err(format!("{} stopped inside the program; `bregma info FILE` on a terminal says more", self.what)))
-            }
-        }
-    }
-
-    /// Shows how far it is. True when the person cancels.
-    pub fn ui(&self, ui: &mut Ui) -> bool {
-        // The work runs elsewhere: look at it a few times a second.
-        ui.ctx().request_repaint_after(Duration::from_millis(100));
-        line(ui, |ui| {
-            let cancelled = ui.button("Cancel").on_hover_text("Stop loading; what is open stays").clicked();
-            ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
-                let fraction = self.progress.fraction();
-                ui.label(&self.what);
-                // What is still to do must show on the empty window, too.
-                ui.visuals_mut().extreme_bg_color = ui.visuals().widgets.inactive.weak_bg_fill;
-                let bar = ProgressBar::new(fraction).text(format!("{:.0} %", 100.0 * fraction));
-                ui.add(bar).accessible_name("Loading");
-            });
-            cancelled
-        })
-    }
-}
-
-impl Drop for Loading {
-    fn drop(&mut self) {
-        self.progress.cancel();
+        Self { job: Job::start(ctx, what, move |progress| Opened::read(&sources, progress)), adds: adds && !is_session }
     }
 }

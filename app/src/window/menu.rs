@@ -30,6 +30,10 @@ pub enum Command {
     Projection,
     /// The view that scans open with.
     Fit,
+    /// Speed and accuracy of every solver.
+    Chart,
+    /// Draw by the exact solver again.
+    Exact,
 }
 
 const NONE: Modifiers = Modifiers::NONE;
@@ -67,6 +71,8 @@ const MENUS: [(&str, &[Entry]); 3] = [
             (Command::Look(Side::Superior), "From superior", &[(NONE, Key::Num7)]),
             (Command::Projection, "Perspective or orthographic", &[(NONE, Key::Num5)]),
             (Command::Fit, "Reset the view", &[(NONE, Key::F), (NONE, Key::Home)]),
+            (Command::Chart, "Speed and accuracy…", &[]),
+            (Command::Exact, "Draw by the exact solver", &[]),
         ],
     ),
 ];

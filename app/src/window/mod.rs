@@ -4,9 +4,11 @@
 
 mod bars;
 mod cast;
+mod chart_panel;
 mod files;
 mod histogram;
 mod history;
+mod job;
 mod layers;
 mod loading;
 mod marks;
@@ -20,8 +22,9 @@ mod view;
 
 use crate::input::{Opened, Source};
 use bregma_measure::DifferenceRay;
-use bregma_renderer::{Picture, Scene};
+use bregma_renderer::{Picture, Scene, Solver};
 use cast::Found;
+use chart_panel::ChartPanel;
 use egui::{Align, CentralPanel, Context, Frame, Layout, Panel, Rect, Ui, ViewportCommand};
 use files::{Ask, Dialog};
 use history::{History, Work};
@@ -63,6 +66,7 @@ pub struct Workstation {
     loading: Option<Loading>,
     dialog: Option<Dialog>,
     notices: Notices,
+    chart: ChartPanel,
 }
 
 impl Workstation {
@@ -77,7 +81,8 @@ impl Workstation {
         };
         let history = History::new(&work);
         let painter = Painter::new(&cc.egui_ctx);
-        Self { work, history, found: None, view: View::default(), painter, loading, dialog: None, notices: Notices::default() }
+        let (view, notices, chart) = (View::default(), Notices::default(), ChartPanel::default());
+        Self { work, history, found: None, view, painter, loading, dialog: None, notices, chart }
     }
 
     /// Scans are on their way in.
@@ -105,6 +110,16 @@ impl Workstation {
         self.view.rect
     }
 
+    /// The chart of speed and accuracy.
+    pub fn chart(&self) -> Option<&crate::chart::Chart> {
+        self.chart.chart()
+    }
+
+    /// The point of the chart whose errors are shown.
+    pub fn charted(&self) -> Option<&crate::chart::Point> {
+        self.chart.selected()
+    }
+
     /// What the difference ray found.
     pub fn difference_ray(&self) -> Option<&DifferenceRay> {
         self.found.as_ref().map(|f| &f.ray)
@@ -116,7 +131,7 @@ impl Workstation {
 
     /// Takes what the threads brought.
     fn collect(&mut self, ctx: &Context) {
-        let loaded = self.loading.as_ref().and_then(|l| l.poll().map(|result| (result, l.adds)));
+        let loaded = self.loading.as_ref().and_then(|l| l.job.poll().map(|result| (result, l.adds)));
         if let Some((result, adds)) = loaded {
             self.loading = None;
             match result {
@@ -136,6 +151,9 @@ impl Workstation {
             Some(Ok(painted)) => self.view.take(ctx, painted),
             Some(Err(text)) => self.notices.error(text),
             None => {}
+        }
+        if let Err(text) = self.chart.poll() {
+            self.notices.error(text);
         }
         if let Some(text) = self.painter.notice() {
             self.notices.error(text);
@@ -192,6 +210,8 @@ impl Workstation {
             Command::Redo => self.history.can_redo(),
             Command::ClearRay => self.work.ray.is_some(),
             Command::Look(_) | Command::Projection | Command::Fit => !self.is_empty(),
+            Command::Chart => !self.is_empty() || self.chart.chart().is_some(),
+            Command::Exact => self.work.opened.scene.solver != Solver::Exact,
             Command::Quit => true,
         }
     }
@@ -210,6 +230,8 @@ impl Workstation {
             Command::Undo => self.history.undo(&mut self.work),
             Command::Redo => self.history.redo(&mut self.work),
             Command::ClearRay => self.work.ray = None,
+            Command::Chart => self.chart.open = !self.chart.open,
+            Command::Exact => self.work.opened.scene.solver = Solver::Exact,
             Command::Look(side) => navigate::look_from(camera, &bounds, side),
             Command::Projection => navigate::toggle_projection(camera, &bounds),
             Command::Fit => navigate::look_from(camera, &bounds, navigate::Side::Anterior),
@@ -222,7 +244,12 @@ impl Workstation {
                 ui.weak(if self.is_loading() { "Loading" } else { "Nothing is open" });
                 return;
             };
-            let quality = if p.reduction == 1 { "exact".to_owned() } else { format!("preview, 1/{} across", p.reduction) };
+            let solver = self.work.opened.scene.solver;
+            let quality = match (p.reduction, solver) {
+                (1, Solver::Exact) => "exact".to_owned(),
+                (1, _) => format!("by {solver}, which is not exact"),
+                (n, _) => format!("preview, 1/{n} across"),
+            };
             let backend = p.backend.replacen("cpu", "CPU", 1);
             ui.weak(format!("{backend}  ·  {:.0} ms  ·  {quality}", p.millis));
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
@@ -250,7 +277,7 @@ impl Workstation {
         let middle = Rect::from_center_size(ui.max_rect().center(), egui::vec2(420.0, 100.0));
         let middle = egui::UiBuilder::new().max_rect(middle);
         if let Some(loading) = &self.loading {
-            if ui.scope_builder(middle, |ui| loading.ui(ui)).inner {
+            if ui.scope_builder(middle, |ui| loading.job.ui(ui)).inner {
                 self.loading = None;
             }
             return None;
@@ -278,7 +305,7 @@ impl eframe::App for Workstation {
             Panel::top("notices").frame(Frame::NONE).show(ui, |ui| self.notices.show(ui));
         }
         if let Some(loading) = self.loading.as_ref().filter(|_| !self.is_empty())
-            && Panel::top("loading").show(ui, |ui| loading.ui(ui)).inner
+            && Panel::top("loading").show(ui, |ui| loading.job.ui(ui)).inner
         {
             self.loading = None;
         }
@@ -307,6 +334,12 @@ impl eframe::App for Workstation {
         let frame = Frame::NONE.fill(ui.visuals().extreme_bg_color);
         if let Some(command) = CentralPanel::default().frame(frame).show(ui, |ui| self.central_ui(ui)).inner {
             self.obey(&ctx, command);
+        }
+        if self.chart.open {
+            let painted = self.view.painted.as_ref();
+            let size = painted.map(|p| [p.picture.width, p.picture.height].map(|n| n * p.reduction));
+            let on_gpu = painted.is_some_and(|p| !p.backend.starts_with("cpu"));
+            self.chart.show(&ctx, &mut self.work, size, on_gpu);
         }
         if ctx.input(|i| !i.raw.hovered_files.is_empty()) {
             drop_hint(&ctx);

@@ -1,0 +1,68 @@
+//! Long work on a thread of its own, so that the window never waits.
+
+use super::layers::line;
+use bregma_volume::Progress;
+use egui::{Align, Context, Layout, ProgressBar, Ui};
+use std::fmt::Display;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::time::Duration;
+
+/// Work under way that ends in a `T`. Dropping it stops the work.
+#[derive(Debug)]
+pub struct Job<T> {
+    /// For the person: what is being done.
+    what: String,
+    progress: Arc<Progress>,
+    result: Receiver<Result<T, String>>,
+}
+
+impl<T: Send + 'static> Job<T> {
+    /// Starts `work`.
+    pub fn start<E: Display>(ctx: &Context, what: String, work: impl FnOnce(&Progress) -> Result<T, E> + Send + 'static) -> Self {
+        let progress = Arc::new(Progress::default());
+        let (send, result) = channel();
+        let (shared, ctx) = (Arc::clone(&progress), ctx.clone());
+        std::thread::spawn(move || {
+            // Nobody listens any more when the person cancelled.
+            let _ = send.send(work(&shared).map_err(|e| e.to_string()));
+            ctx.request_repaint();
+        });
+        Self { what, progress, result }
+    }
+
+    /// The result or one sentence about what went wrong; `None` while at work.
+    pub fn poll(&self) -> Option<Result<T, String>> {
+        match self.result.try_recv() {
+            Ok(result) => Some(result),
+            Err(TryRecvError::Empty) => None,
+            Err(TryRecvError::Disconnected) => {
+                Some(Err(format!("{} stopped inside the program; the same command on a terminal says more", self.what)))
+            }
+        }
+    }
+
+    /// Shows how far it is. True when the person cancels.
+    pub fn ui(&self, ui: &mut Ui) -> bool {
+        // The work runs elsewhere: look at it a few times a second.
+        ui.ctx().request_repaint_after(Duration::from_millis(100));
+        line(ui, |ui| {
+            let cancelled = ui.button("Cancel").on_hover_text("Stop; what is open stays").clicked();
+            ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+                let fraction = self.progress.fraction();
+                ui.label(&self.what);
+                // What is still to do must show on the empty window, too.
+                ui.visuals_mut().extreme_bg_color = ui.visuals().widgets.inactive.weak_bg_fill;
+                let bar = ProgressBar::new(fraction).text(format!("{:.0} %", 100.0 * fraction));
+                ui.add(bar).accessible_name("Progress");
+            });
+            cancelled
+        })
+    }
+}
+
+impl<T> Drop for Job<T> {
+    fn drop(&mut self) {
+        self.progress.cancel();
+    }
+}
