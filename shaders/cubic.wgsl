@@ -7,10 +7,15 @@ fn cubic_value(b: vec4<f32>, u: f32) -> f32 {
     return (b.x * m + 3.0 * b.y * u) * m * m + (3.0 * b.z * m + b.w * u) * u * u;
 }
 
-// Its derivative at u.
+// Its first derivative at u.
 fn cubic_slope(b: vec4<f32>, u: f32) -> f32 {
     let m = 1.0 - u;
     return 3.0 * ((b.y - b.x) * m * m + 2.0 * (b.z - b.y) * m * u + (b.w - b.z) * u * u);
+}
+
+// Its second derivative at 0 and 1; between them it is linear.
+fn cubic_bends(b: vec4<f32>) -> vec2<f32> {
+    return 6.0 * vec2<f32>(b.x - 2.0 * b.y + b.z, b.y - 2.0 * b.z + b.w);
 }
 
 // n / d where that lies in (0, 1), else 1. The divisor is guarded before it divides.
@@ -46,12 +51,14 @@ fn turning_points(b: vec4<f32>) -> vec2<f32> {
 
 const MAX_STEPS: u32 = 40u;
 const STEP_TOLERANCE: f32 = 1e-6;
+const REST_TOLERANCE: f32 = 1e-7;
 
 // The only entry in (low, high), from outside to inside; f_low and f_high are the values there.
 fn refine(b: vec4<f32>, first_low: f32, f_low: f32, first_high: f32, f_high: f32) -> f32 {
     var low = first_low;
     var high = first_high;
     var u = clamp(low - f_low * ((high - low) / (f_high - f_low)), low, high);
+    let bends = cubic_bends(b);
     for (var i = 0u; i < MAX_STEPS; i++) {
         let f = cubic_value(b, u);
         let d = cubic_slope(b, u);
@@ -61,13 +68,16 @@ fn refine(b: vec4<f32>, first_low: f32, f_low: f32, first_high: f32, f_high: f32
             low = u;
         }
         let room = select(high - u, u - low, (f < 0.0) == (d < 0.0));
+        let newton = abs(f) < abs(d) * room;
         var next = 0.5 * (low + high);
-        if abs(f) < abs(d) * room {
+        if newton {
             next = u - f / d;
         }
         let step = abs(next - u);
+        let bend = abs(bends.x * (1.0 - u) + bends.y * u) + abs(bends.y - bends.x) * step;
+        let is_there = newton && bend * step * step <= 2.0 * REST_TOLERANCE * abs(d);
         u = next;
-        if step <= STEP_TOLERANCE {
+        if is_there || step <= STEP_TOLERANCE {
             break;
         }
     }

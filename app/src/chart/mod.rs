@@ -152,6 +152,9 @@ pub enum ChartError {
     Render(#[from] RenderError),
 }
 
+/// What is less than this part of another value is clearly less: times vary by up to a tenth from one measurement to the next.
+const CLEARLY: f64 = 0.9;
+
 /// A solver on a machine while it is measured.
 struct Run {
     machine: usize,
@@ -228,12 +231,12 @@ impl Chart {
         Ok(chart)
     }
 
-    /// The points that no other of the same backend beats: none is at most as slow and at most as far off, and better in one of the two.
-    /// Fastest first.
+    /// The points that no other of the same backend beats: none is at most as slow and at most as far off, and clearly better in one of the
+    /// two. Fastest first.
     pub fn front(&self, backend: &str, measure: Measure) -> Vec<&Point> {
         let of_backend: Vec<&Point> = self.points.iter().filter(|p| p.backend == backend).collect();
         let key = |p: &Point| (p.ms_per_frame, measure.of(p));
-        let beats = |a: (f64, f64), b: (f64, f64)| a.0 <= b.0 && a.1 <= b.1 && a != b;
+        let beats = |a: (f64, f64), b: (f64, f64)| a.0 <= b.0 && a.1 <= b.1 && (a.0 < CLEARLY * b.0 || a.1 < CLEARLY * b.1);
         let mut front: Vec<&Point> = of_backend.iter().copied().filter(|p| !of_backend.iter().any(|q| beats(key(q), key(p)))).collect();
         front.sort_by(|a, b| a.ms_per_frame.total_cmp(&b.ms_per_frame));
         front
