@@ -1,43 +1,58 @@
-// Within a brick: cell by cell, with one solver compiled in.
+// Within a brick: cell by cell, with one solver compiled in for each that can hold the surface.
 // The twin of renderer/src/cpu/cells.rs.
 
 fn walk_brick(pace: Pace, at: InBrick) -> Hit {
-    var t = at.t;
-    var p = at.p;
-    var cell = vec3<i32>(floor(p));
-    // On a face and moving down, the ray is in the cell below.
-    let below = !pace.forward & pace.moves & (p == vec3<f32>(cell));
-    cell = clamp(cell - select(vec3<i32>(0), vec3<i32>(1), below), vec3<i32>(0), at.size - 1);
+    var cell = first_cell(pace, at);
     let first = cell;
+    let ahead = select(vec3<i32>(0), vec3<i32>(1), pace.forward);
+    let step = select(vec3<i32>(-1), vec3<i32>(1), pace.forward);
+    var t = at.t;
+    var entry = vec3<bool>(false);
     loop {
-        let faces = vec3<f32>(cell + select(vec3<i32>(0), vec3<i32>(1), pace.forward));
-        let t_faces = to_planes(pace, faces, at.origin, FAR);
+        let t_faces = to_planes(pace, vec3<f32>(cell + ahead), at.origin, FAR);
         let t_least = least(t_faces);
         let axis = axis_of(t_faces, t_least);
         let t_next = max(t_least, t);
-        let local_corner = vec3<f32>(cell);
-        let q = select(clamp(at.origin + t_next * pace.direction, local_corner, local_corner + 1.0), faces, axis);
-        let lower = corners(at.corner + cell);
-        let upper = corners(at.corner + cell + vec3<i32>(0, 0, 1));
-        if any(lower >= vec4<f32>(0.0)) || any(upper >= vec4<f32>(0.0)) {
-            let start = p - local_corner;
-            let end = q - local_corner;
-            let u = first_entry(lower, upper, start, end);
-            if u >= 0.0 {
-                var met = MET_ISOSURFACE;
-                if u == 0.0 && all(cell == first) {
-                    met = met_at_entry(pace, at);
+        if may_hold(at, cell) {
+            let lower = corners(at.corner + cell);
+            let upper = corners(at.corner + cell + vec3<i32>(0, 0, 1));
+            // Where it enters is where it left the cell before, the same number.
+            let p = select(at.p, point(pace, at, t, cell, entry, cell + 1 - ahead), vec3<bool>(any(entry)));
+            let q = point(pace, at, t_next, cell, axis, cell + ahead);
+            let start = p - vec3<f32>(cell);
+            let end = q - vec3<f32>(cell);
+            if any(lower >= vec4<f32>(0.0)) || any(upper >= vec4<f32>(0.0)) {
+                let u = first_entry(lower, upper, start, end);
+                if u >= 0.0 {
+                    var met = MET_ISOSURFACE;
+                    if u == 0.0 && all(cell == first) {
+                        met = met_at_entry(pace, at);
+                    }
+                    let face = select(vec3<f32>(0.0), -sign(pace.direction), at.entry);
+                    return Hit(at.s + t + u * (t_next - t), at.corner + cell, start * (1.0 - u) + end * u, met, face);
                 }
-                let face = select(vec3<f32>(0.0), -sign(pace.direction), at.entry);
-                return Hit(at.s + t + u * (t_next - t), at.corner + cell, start * (1.0 - u) + end * u, met, face);
             }
         }
-        cell = select(cell, cell + select(vec3<i32>(-1), vec3<i32>(1), pace.forward), axis);
+        cell = select(cell, cell + step, axis);
         if any(cell < vec3<i32>(0)) || any(cell >= at.size) || at.s + t_next > at.s_max {
             return missed();
         }
         t = t_next;
-        p = q;
+        entry = axis;
     }
     return missed();
+}
+
+// The cell that a ray is in behind its entry into a brick.
+fn first_cell(pace: Pace, at: InBrick) -> vec3<i32> {
+    let cell = vec3<i32>(at.p);
+    // On a face and moving down, the ray is in the cell below.
+    let below = !pace.forward & pace.moves & (at.p == vec3<f32>(cell));
+    return clamp(cell - select(vec3<i32>(0), vec3<i32>(1), below), vec3<i32>(0), at.size - 1);
+}
+
+// Where the ray is at t, on the face of a cell across `axis`.
+fn point(pace: Pace, at: InBrick, t: f32, cell: vec3<i32>, axis: vec3<bool>, face: vec3<i32>) -> vec3<f32> {
+    let p = clamp(at.origin + t * pace.direction, vec3<f32>(cell), vec3<f32>(cell + 1));
+    return select(p, vec3<f32>(face), axis);
 }

@@ -2,7 +2,10 @@
 // of cells.wgsl or steps.wgsl.
 // The twin of renderer/src/cpu/walk.rs, which says why each step is as it is.
 
-@group(0) @binding(2) var distances: texture_3d<u32>;
+// For each brick its distance from the surface, and above 8 bits the number of its mask.
+@group(0) @binding(2) var map: texture_3d<u32>;
+// 16 numbers for each mask, two for each layer of cells: bit x + 8y of a layer is cell (x, y).
+@group(0) @binding(5) var<storage, read> masks: array<u32>;
 
 const BRICK: i32 = 8;
 const STILL: f32 = 1e-12;
@@ -72,20 +75,22 @@ fn brick_of(p: Double) -> vec3<i32> {
     return vec3<i32>(guess) - below + above;
 }
 
-// The first entry into the bone along the line for 0 <= s <= s_max, or at s = 0 or the box's face where that is inside.
-fn first_hit(line: Line, s_max: f32) -> Hit {
+// The first entry into the bone along the line for s >= 0 within a span, before which there is none, or at s = 0 or the box's face where
+// that is inside.
+fn first_hit(line: Line, s_min: f32, s_max: f32) -> Hit {
     let pace = pace_of(line.direction.hi);
     let bricks = params.bricks;
-    let span = clip_to_box(line, pace, s_max);
+    let span = clip_to_box(line, pace, s_min, s_max);
     if span.x > span.y {
         return missed();
     }
     var s = span.x;
     var brick = clamp(brick_of(line_at(line, s)), vec3<i32>(0), bricks - 1);
     loop {
-        let distance = i32(textureLoad(distances, brick, 0).r);
+        let known = textureLoad(map, brick, 0).r;
+        let distance = i32(known & 0xffu);
         if distance == 0 {
-            let at = enter_brick(line, pace, brick, s, s_max);
+            let at = enter_brick(line, pace, brick, known >> 8u, s, s_max);
             if at.t < at.t_out {
                 let hit = walk_brick(pace, at);
                 if hit.met != MISSED {
@@ -119,8 +124,8 @@ fn first_hit(line: Line, s_max: f32) -> Hit {
     return missed();
 }
 
-// First and last s within the box of the interpolant; the first is the larger when it is missed.
-fn clip_to_box(line: Line, pace: Pace, s_max: f32) -> vec2<f32> {
+// First and last s within the box of the interpolant, and the span that is asked for; the first is the larger when it is missed.
+fn clip_to_box(line: Line, pace: Pace, s_min: f32, s_max: f32) -> vec2<f32> {
     let last = vec3<f32>(params.dims - 1);
     let origin = line.origin.hi;
     if any(!pace.moves & ((origin < vec3<f32>(0.0)) | (origin > last))) {
@@ -128,7 +133,7 @@ fn clip_to_box(line: Line, pace: Pace, s_max: f32) -> vec2<f32> {
     }
     let near = select(last, vec3<f32>(0.0), pace.forward);
     let far = select(vec3<f32>(0.0), last, pace.forward);
-    let s_in = max(0.0, greatest(to_planes(pace, near, origin, 0.0)));
+    let s_in = max(max(s_min, 0.0), greatest(to_planes(pace, near, origin, 0.0)));
     let s_out = min(s_max, least(to_planes(pace, far, origin, FAR)));
     return vec2<f32>(s_in, s_out);
 }
@@ -136,6 +141,8 @@ fn clip_to_box(line: Line, pace: Pace, s_max: f32) -> vec2<f32> {
 // A ray in a brick. Positions are relative to its corner, t to s.
 struct InBrick {
     brick: vec3<i32>,
+    // Number of its mask.
+    slot: u32,
     // First sample of the brick.
     corner: vec3<i32>,
     // Cells along each side.
@@ -154,8 +161,14 @@ struct InBrick {
     entry: vec3<bool>,
 }
 
+// Whether a cell of the brick can hold the surface.
+fn may_hold(at: InBrick, cell: vec3<i32>) -> bool {
+    let word = masks[at.slot * 16u + u32(cell.z * 2 + (cell.y >> 2u))];
+    return ((word >> u32((cell.y & 3) * 8 + cell.x)) & 1u) == 1u;
+}
+
 // Where the ray is within a brick, of which s is at or near its entry; it misses it when t is not below t_out.
-fn enter_brick(line: Line, pace: Pace, brick: vec3<i32>, s: f32, s_max: f32) -> InBrick {
+fn enter_brick(line: Line, pace: Pace, brick: vec3<i32>, slot: u32, s: f32, s_max: f32) -> InBrick {
     let corner = brick * BRICK;
     let size = min(params.dims - 1 - corner, vec3<i32>(BRICK));
     let origin = relative_to(line_at(line, s), vec3<f32>(corner));
@@ -169,7 +182,7 @@ fn enter_brick(line: Line, pace: Pace, brick: vec3<i32>, s: f32, s_max: f32) -> 
     let t = max(-s, t_entry);
     let t_out = least(to_planes(pace, far, origin, FAR));
     let p = select(clamp(origin + t * pace.direction, vec3<f32>(0.0), vec3<f32>(size)), near, entry);
-    return InBrick(brick, corner, size, s, s_max, origin, t, t_out, p, entry);
+    return InBrick(brick, slot, corner, size, s, s_max, origin, t, t_out, p, entry);
 }
 
 // What a ray meets that is inside where it enters a brick.

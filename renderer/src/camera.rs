@@ -172,7 +172,7 @@ impl Camera {
     }
 
     /// Half the height of the picture: per mm of depth (perspective) or in mm (orthographic).
-    fn half_height(&self) -> f64 {
+    pub(crate) fn half_height(&self) -> f64 {
         match self.projection {
             Projection::Perspective { fov_deg } => (fov_deg.to_radians() / 2.0).tan(),
             Projection::Orthographic { height_mm } => height_mm / 2.0,

@@ -2,8 +2,10 @@
 
 use crate::RenderError;
 use crate::camera::PixelRays;
+use crate::cell_masks::CellMasks;
 use crate::occupancy::DistanceMap;
 use crate::scene::{Mode, Scene, Surface};
+use crate::spans::Spans;
 use bregma_volume::Volume;
 use glam::{Mat3, Vec3, Vec4};
 use std::sync::Arc;
@@ -17,6 +19,9 @@ pub(crate) struct FrameLayer {
     /// The surface's level as float32.
     pub level: f32,
     pub map: Arc<DistanceMap>,
+    pub masks: Arc<CellMasks>,
+    /// Which depths of each block of pixels can hold its surface.
+    pub spans: Spans,
     /// The pixel rays in the volume's index space, s = 0 at the base plane.
     pub rays: PixelRays,
     /// Index-space normals to world: inverse transpose, scaled so that float32 holds it.
@@ -60,10 +65,13 @@ impl Frame {
             let to_index = surface.grid.world_to_index();
             let normals = to_index.matrix3.transpose();
             let largest = normals.to_cols_array().iter().fold(0.0_f64, |m, c| m.max(c.abs()));
+            let (map, masks) = maps.get(&surface);
             FrameLayer {
                 index,
                 level: surface.level as f32,
-                map: maps.get(&surface),
+                spans: Spans::of(&map, &surface.grid, &scene.camera, base_mm, width, height),
+                map,
+                masks,
                 rays: based.mapped(&to_index),
                 normal_to_world: (normals * (1.0 / largest)).as_mat3(),
                 color: scene.layers[index].color.linear(),
@@ -90,19 +98,29 @@ impl Frame {
     }
 }
 
-/// Distance maps of the surfaces drawn last.
+/// What is known of the surfaces drawn last: where they can be.
 #[derive(Debug, Default)]
-pub(crate) struct MapCache(Vec<(Arc<Volume>, f64, Arc<DistanceMap>)>);
+pub(crate) struct MapCache(Vec<(Arc<Volume>, f64, Maps)>);
+
+type Maps = (Arc<DistanceMap>, Arc<CellMasks>);
 
 impl MapCache {
-    fn get(&mut self, surface: &Surface) -> Arc<DistanceMap> {
+    fn get(&mut self, surface: &Surface) -> Maps {
         let known = self.0.iter().find(|(v, level, _)| is_of(surface, v, *level));
-        if let Some((.., map)) = known {
-            return Arc::clone(map);
+        if let Some((.., maps)) = known {
+            return maps.clone();
         }
-        let map = Arc::new(DistanceMap::build(surface.volume.bricks(), surface.level as f32, surface.sign));
-        self.0.push((Arc::clone(&surface.volume), surface.level, Arc::clone(&map)));
-        map
+        let (volume, level, sign) = (&surface.volume, surface.level as f32, surface.sign);
+        let map = DistanceMap::build(volume.bricks(), level, sign);
+        let masks = CellMasks::build(volume.samples(), volume.grid().dims(), &map, level, sign);
+        let maps = (Arc::new(map), Arc::new(masks));
+        self.0.push((Arc::clone(volume), surface.level, maps.clone()));
+        maps
+    }
+
+    /// Memory that they take.
+    pub fn bytes(&self) -> usize {
+        self.0.iter().map(|(.., (map, masks))| map.bytes() + masks.bytes()).sum()
     }
 
     fn keep_only(&mut self, surfaces: &[(usize, Surface)]) {

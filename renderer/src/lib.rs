@@ -5,6 +5,7 @@
 
 pub mod accuracy;
 mod camera;
+mod cell_masks;
 mod cpu;
 mod frame;
 #[cfg(feature = "gpu")]
@@ -13,6 +14,7 @@ mod occupancy;
 pub mod reference;
 mod roots;
 mod scene;
+mod spans;
 pub mod stability;
 
 pub use camera::{Basis, Bounds, Camera, FOV_DEG, PixelAffine, PixelRays, Projection, Ray};
@@ -35,6 +37,9 @@ pub trait Renderer: Send {
 
     /// The picture of `scene` (one layer for each of `volumes`, in order) with `width`×`height` pixels.
     fn render(&mut self, volumes: &[Arc<Volume>], scene: &Scene, width: u32, height: u32) -> Result<Picture, RenderError>;
+
+    /// Memory kept for the surfaces drawn last, beside their volumes.
+    fn bytes(&self) -> usize;
 
     /// Where the time of such a picture goes.
     fn split(&mut self, volumes: &[Arc<Volume>], scene: &Scene, width: u32, height: u32) -> Result<Split, RenderError>;

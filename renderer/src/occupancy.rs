@@ -8,6 +8,7 @@ use bregma_volume::RangeBricks;
 pub struct DistanceMap {
     dims: [usize; 3],
     distances: Vec<u8>,
+    exposed: Vec<u32>,
 }
 
 impl DistanceMap {
@@ -16,10 +17,30 @@ impl DistanceMap {
     pub fn build(bricks: &RangeBricks, level: f32, sign: f32) -> Self {
         let reaches = |range: &[f32; 2]| sign * (range[usize::from(sign > 0.0)] - level) >= 0.0;
         let distances = bricks.ranges().iter().map(|range| if reaches(range) { 0 } else { u8::MAX }).collect();
-        let mut map = Self { dims: bricks.dims(), distances };
+        let mut map = Self { dims: bricks.dims(), distances, exposed: vec![] };
         map.sweep(1);
         map.sweep(-1);
+        map.exposed = map.occupied().into_iter().filter(|&brick| map.is_exposed(brick as usize)).collect();
         map
+    }
+
+    /// Whether a brick lies at the border or next to an empty one, across a face.
+    fn is_exposed(&self, brick: usize) -> bool {
+        let strides = [1, self.dims[0], self.dims[0] * self.dims[1]];
+        (0..3).any(|a| {
+            let at = brick / strides[a] % self.dims[a];
+            at == 0 || at + 1 == self.dims[a] || self.distances[brick - strides[a]] > 0 || self.distances[brick + strides[a]] > 0
+        })
+    }
+
+    /// The bricks that can hold the surface or lie inside, by number, i fastest.
+    pub fn occupied(&self) -> Vec<u32> {
+        self.distances.iter().enumerate().filter(|(_, d)| **d == 0).map(|(n, _)| n as u32).collect()
+    }
+
+    /// Those of them that a ray from outside can meet first: at the border or next to an empty brick.
+    pub fn exposed(&self) -> &[u32] {
+        &self.exposed
     }
 
     /// One of the two passes of the chessboard distance transform (Rosenfeld and Pfaltz 1968): each brick takes the least of
@@ -47,6 +68,11 @@ impl DistanceMap {
     /// Bricks along i, j and k.
     pub fn dims(&self) -> [usize; 3] {
         self.dims
+    }
+
+    /// Memory that it takes.
+    pub(crate) fn bytes(&self) -> usize {
+        self.distances.len() + size_of_val(self.exposed.as_slice())
     }
 
     /// The distances, i fastest.

@@ -3,7 +3,6 @@
 use super::{CommandError, open, print, renderer};
 use crate::args::{Backend, BenchArgs, ModeName};
 use crate::chart::orbit;
-use bregma_volume::RangeBricks;
 use serde::Serialize;
 use std::time::Instant;
 
@@ -61,7 +60,6 @@ pub fn bench(args: &BenchArgs, backend: Backend) -> Result<(), CommandError> {
     frames.sort_by(f64::total_cmp);
     let at = |part: f64| frames[((frames.len() - 1) as f64 * part).round() as usize];
     let median_ms = at(0.5);
-    let bytes = |v: &bregma_volume::Volume| v.samples().bytes() + v.index_bytes() + map_bytes(v.bricks());
     let record = Record {
         backend: if name.starts_with("cpu") { "cpu" } else { "gpu" },
         adapter: name,
@@ -76,7 +74,7 @@ pub fn bench(args: &BenchArgs, backend: Backend) -> Result<(), CommandError> {
         p95_ms: at(0.95),
         isovalue_change_ms,
         rays_per_s: f64::from(args.size).powi(2) / (median_ms / 1e3),
-        memory_bytes: opened.volumes.iter().map(|v| bytes(v)).sum(),
+        memory_bytes: opened.volumes.iter().map(|v| v.samples().bytes() + v.index_bytes()).sum::<usize>() + renderer.bytes(),
     };
     if args.json {
         return print(&(serde_json::to_string(&record).expect("the record has only numbers, texts and lists") + "\n"));
@@ -94,9 +92,4 @@ pub fn bench(args: &BenchArgs, backend: Backend) -> Result<(), CommandError> {
         record.rays_per_s / 1e6,
         record.memory_bytes as f64 / f64::from(1 << 20),
     ))
-}
-
-/// One byte for each brick.
-fn map_bytes(bricks: &RangeBricks) -> usize {
-    bricks.ranges().len()
 }

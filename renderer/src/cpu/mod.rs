@@ -10,10 +10,11 @@ mod walk;
 use crate::frame::{Frame, FrameLayer};
 use crate::roots::{Analytic, Exact, Linear, Marmitt, Neubauer, PerVoxel, Solver, Steps};
 use crate::scene::{Picture, Scene};
+use crate::spans::BLOCK;
 use crate::{RenderError, Renderer, Split};
 use bregma_volume::{Sample, Volume, with_samples};
 use cells::Cells;
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 use shade::{Shaded, combine, encode, phong};
 use std::sync::Arc;
@@ -48,10 +49,6 @@ macro_rules! with_walk {
 }
 use with_walk;
 
-/// Side of the square tiles that cores take in turn: rays of one tile touch the same bricks, and 256 tiles of a 512² picture
-/// keep all cores busy to the end.
-const TILE: u32 = 32;
-
 /// Draws on the CPU. Keeps what stays valid between frames: the distance maps of the surfaces drawn last.
 #[derive(Debug, Default)]
 pub struct CpuRenderer {
@@ -68,51 +65,88 @@ impl Renderer for CpuRenderer {
         draw(&frame, scene, width, height)
     }
 
+    fn bytes(&self) -> usize {
+        self.maps.bytes()
+    }
+
     fn split(&mut self, volumes: &[Arc<Volume>], scene: &Scene, width: u32, height: u32) -> Result<Split, RenderError> {
         let frame = Frame::new(&mut self.maps, volumes, scene, width, height)?;
         split::split(&frame, scene, width, height)
     }
 }
 
-/// The pixel of one ray: colour, depth, layer.
-type Pixel = ([u8; 4], f32, u8);
-
+/// Draws band by band, of one row of blocks each, and in a band block by block: rays of one block touch the same bricks.
 fn draw(frame: &Frame, scene: &Scene, width: u32, height: u32) -> Result<Picture, RenderError> {
-    let tiles: Vec<(u32, u32)> =
-        (0..height).step_by(TILE as usize).flat_map(|y| (0..width).step_by(TILE as usize).map(move |x| (x, y))).collect();
-    let draw_tile = |&(x, y): &(u32, u32)| draw_tile(frame, scene, x..(x + TILE).min(width), y..(y + TILE).min(height));
-    let drawn: Vec<Vec<Pixel>> = tiles.par_iter().map(draw_tile).collect::<Result<_, _>>()?;
     let count = width as usize * height as usize;
-    let mut picture = Picture { width, height, rgba: vec![[0; 4]; count], depth_mm: vec![f32::NAN; count], volume_id: vec![0; count] };
-    for (&(x0, y0), pixels) in tiles.iter().zip(&drawn) {
-        let tile_width = TILE.min(width - x0);
-        for (n, &(rgba, depth_mm, id)) in pixels.iter().enumerate() {
-            let (x, y) = (x0 + n as u32 % tile_width, y0 + n as u32 / tile_width);
-            let at = y as usize * width as usize + x as usize;
-            (picture.rgba[at], picture.depth_mm[at], picture.volume_id[at]) = (rgba, depth_mm, id);
+    let background = encode(Vec4::ZERO, frame.background);
+    let mut picture = Picture { width, height, rgba: vec![background; count], depth_mm: vec![f32::NAN; count], volume_id: vec![0; count] };
+    let band = BLOCK as usize * width as usize;
+    let pixels = (picture.rgba.par_chunks_mut(band), picture.depth_mm.par_chunks_mut(band), picture.volume_id.par_chunks_mut(band));
+    pixels.into_par_iter().enumerate().try_for_each(|(row, (rgba, depth_mm, volume_id))| {
+        // One slot for the nearest hit, or one for each layer.
+        let slots = if frame.only_nearest { 1 } else { frame.layers.len() };
+        let mut hits = vec![None; slots * BLOCK_PIXELS];
+        let rows = (rgba.len() / width as usize) as u32;
+        for x0 in (0..width).step_by(BLOCK as usize) {
+            let block = Block { x0, y0: row as u32 * BLOCK, width: BLOCK.min(width - x0), height: rows };
+            if !trace_block(frame, scene, &block, &mut hits)? {
+                continue;
+            }
+            for (n, x, y) in block.pixels() {
+                let (color, first) = combine(scene.mode, hits[n..].iter().step_by(BLOCK_PIXELS).flatten());
+                if let Some(first) = first {
+                    let at = (y - block.y0) as usize * width as usize + x as usize;
+                    rgba[at] = encode(color, frame.background);
+                    depth_mm[at] = frame.depth_mm(x, y, first.s);
+                    volume_id[at] = first.layer as u8 + 1;
+                }
+            }
         }
-    }
+        Ok::<(), RenderError>(())
+    })?;
     Ok(picture)
 }
 
-/// One pass for each volume, then one over all hits: the typed inner loops stay small.
-fn draw_tile(frame: &Frame, scene: &Scene, xs: std::ops::Range<u32>, ys: std::ops::Range<u32>) -> Result<Vec<Pixel>, RenderError> {
-    let pixels: Vec<(u32, u32)> = ys.flat_map(|y| xs.clone().map(move |x| (x, y))).collect();
-    let mut hits: Vec<Vec<Shaded>> = vec![Vec::new(); pixels.len()];
-    for layer in &frame.layers {
+const BLOCK_PIXELS: usize = (BLOCK * BLOCK) as usize;
+
+/// Some pixels that lie together.
+struct Block {
+    x0: u32,
+    y0: u32,
+    width: u32,
+    height: u32,
+}
+
+impl Block {
+    /// Number of each pixel in the block, and its place in the picture.
+    fn pixels(&self) -> impl Iterator<Item = (usize, u32, u32)> + use<'_> {
+        let place = |n| (n as usize, self.x0 + n % self.width, self.y0 + n / self.width);
+        (0..self.width * self.height).map(place)
+    }
+}
+
+/// One pass for each volume over a block. False when there is nothing to see.
+fn trace_block(frame: &Frame, scene: &Scene, block: &Block, hits: &mut [Option<Shaded>]) -> Result<bool, RenderError> {
+    let mut seen = false;
+    for (number, layer) in frame.layers.iter().enumerate() {
+        let span = layer.spans.at(block.x0, block.y0);
+        if span[0] > span[1] {
+            continue;
+        }
+        if !seen {
+            hits.fill(None);
+            seen = true;
+        }
+        let slot = if frame.only_nearest { 0 } else { number };
+        let hits = &mut hits[slot * BLOCK_PIXELS..][..BLOCK_PIXELS];
         with_samples!(layer.surface.volume.samples(), samples => {
             let dims = layer.surface.grid.dims();
             let (level, sign) = (layer.level, layer.surface.sign);
-            let field = Field { samples: samples.as_slice(), dims, map: &layer.map, level, sign };
-            with_walk!(scene.solver, W => trace::<_, W>(&field, frame, scene, layer, &pixels, &mut hits));
+            let field = Field { samples: samples.as_slice(), dims, map: &layer.map, masks: &layer.masks, level, sign };
+            with_walk!(scene.solver, W => trace::<_, W>(&field, frame, scene, layer, span, block, hits));
         });
     }
-    let finish = |(&(x, y), hits): (&(u32, u32), &Vec<Shaded>)| {
-        let (color, first) = combine(scene.mode, hits);
-        let depth_mm = first.map_or(f32::NAN, |h| frame.depth_mm(x, y, h.s));
-        (encode(color, frame.background), depth_mm, first.map_or(0, |h| h.layer as u8 + 1))
-    };
-    Ok(pixels.iter().zip(&hits).map(finish).collect())
+    Ok(seen)
 }
 
 fn trace<T: Sample, W: WalkBrick>(
@@ -120,23 +154,21 @@ fn trace<T: Sample, W: WalkBrick>(
     frame: &Frame,
     scene: &Scene,
     layer: &FrameLayer,
-    pixels: &[(u32, u32)],
-    hits: &mut [Vec<Shaded>],
+    [s_min, s_max]: [f32; 2],
+    block: &Block,
+    hits: &mut [Option<Shaded>],
 ) {
-    for (&(x, y), hits) in pixels.iter().zip(hits) {
+    for (n, x, y) in block.pixels() {
         let line = Line { origin: layer.rays.origin.at(x, y), direction: layer.rays.direction.at(x, y) };
         // What lies behind an opaque hit is not asked for.
-        let s_max = if frame.only_nearest { hits.first().map_or(frame.s_max, |h| h.s) } else { frame.s_max };
+        let s_max = hits[n].map_or(s_max, |hit: Shaded| s_max.min(hit.s));
         // Of two hits at one depth the first layer's is drawn.
-        let hit = field.first_hit::<W>(&line, s_max).filter(|hit| !frame.only_nearest || hits.first().is_none_or(|h| hit.s < h.s));
+        let hit = field.first_hit::<W>(&line, [s_min, s_max]).filter(|hit| hits[n].is_none_or(|h| hit.s < h.s));
         if let Some(hit) = hit {
             let view = frame.world_rays.direction.at(x, y).normalize().as_vec3();
             let normal = normal(field, layer, &hit, view);
             let color = phong(&scene.light, layer.color, normal, view, frame.toward_light);
-            if frame.only_nearest {
-                hits.clear();
-            }
-            hits.push(Shaded { s: hit.s, layer: layer.index, color, opacity: layer.opacity });
+            hits[n] = Some(Shaded { s: hit.s, layer: layer.index, color, opacity: layer.opacity });
         }
     }
 }

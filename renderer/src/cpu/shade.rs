@@ -30,9 +30,9 @@ pub(crate) fn phong(light: &Light, color: Vec3, normal: Vec3, view: Vec3, toward
 
 /// The picture's colour (linear, premultiplied, with alpha) of the first hits of all layers, and the hit that is drawn
 /// nearest. `hits` may be in any order.
-pub(crate) fn combine(mode: Mode, hits: &[Shaded]) -> (Vec4, Option<Shaded>) {
+pub(crate) fn combine<'a>(mode: Mode, hits: impl Iterator<Item = &'a Shaded> + Clone) -> (Vec4, Option<Shaded>) {
     let nearest = |skip: Option<usize>| {
-        let others = hits.iter().filter(|h| Some(h.layer) != skip);
+        let others = hits.clone().filter(|h| Some(h.layer) != skip);
         others.fold(None, |best: Option<&Shaded>, h| if best.is_none_or(|b| h.s < b.s) { Some(h) } else { best })
     };
     let Some(first) = nearest(None) else { return (Vec4::ZERO, None) };

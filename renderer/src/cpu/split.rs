@@ -5,10 +5,11 @@
 use super::cells::Cells;
 use super::steps::FixedSteps;
 use super::walk::{Field, Line, WalkBrick};
-use super::{TILE, draw, with_walk};
+use super::{Block, draw, with_walk};
 use crate::frame::{Frame, FrameLayer};
 use crate::roots::{Analytic, Exact, FirstEntry, Linear, Marmitt, Neubauer, PerVoxel, Solver, Steps};
 use crate::scene::Scene;
+use crate::spans::BLOCK;
 use crate::{RenderError, Split};
 use bregma_volume::{Sample, with_samples};
 use glam::Vec3;
@@ -41,7 +42,6 @@ impl FirstEntry for Unsolved {
 struct Rays<'a> {
     layer: &'a FrameLayer,
     width: u32,
-    height: u32,
     limits: &'a [f32],
 }
 
@@ -51,25 +51,27 @@ const ROUNDS: usize = 3;
 impl Rays<'_> {
     /// The fastest of some walks in ms, and the depth of each ray's hit, or its limit where it has none.
     fn time<T: Sample, W: WalkBrick>(&self, field: &Field<'_, T>) -> (f64, Vec<f32>) {
-        let tiles: Vec<(u32, u32)> =
-            (0..self.height).step_by(TILE as usize).flat_map(|y| (0..self.width).step_by(TILE as usize).map(move |x| (x, y))).collect();
-        let tile = |&(x0, y0): &(u32, u32)| {
-            let xs = x0..(x0 + TILE).min(self.width);
-            let pixels = (y0..(y0 + TILE).min(self.height)).flat_map(|y| xs.clone().map(move |x| (x, y)));
-            let depth = |(x, y)| {
-                let at = y as usize * self.width as usize + x as usize;
-                let line = Line { origin: self.layer.rays.origin.at(x, y), direction: self.layer.rays.direction.at(x, y) };
-                (at, field.first_hit::<W>(&line, self.limits[at]).map_or(self.limits[at], |hit| hit.s))
-            };
-            pixels.map(depth).collect::<Vec<_>>()
-        };
         let mut fastest = f64::INFINITY;
         let mut depths = self.limits.to_vec();
+        let band = (BLOCK * self.width) as usize;
         for _ in 0..ROUNDS {
             let begun = Instant::now();
-            let found: Vec<_> = tiles.par_iter().map(tile).collect();
+            depths.par_chunks_mut(band).zip(self.limits.par_chunks(band)).enumerate().for_each(|(row, (depths, limits))| {
+                let height = (limits.len() / self.width as usize) as u32;
+                for x0 in (0..self.width).step_by(BLOCK as usize) {
+                    let block = Block { x0, y0: row as u32 * BLOCK, width: BLOCK.min(self.width - x0), height };
+                    let [s_min, s_max] = self.layer.spans.at(block.x0, block.y0);
+                    if s_min > s_max {
+                        continue;
+                    }
+                    for (_, x, y) in block.pixels() {
+                        let at = (y - block.y0) as usize * self.width as usize + x as usize;
+                        let line = Line { origin: self.layer.rays.origin.at(x, y), direction: self.layer.rays.direction.at(x, y) };
+                        depths[at] = field.first_hit::<W>(&line, [s_min, s_max.min(limits[at])]).map_or(limits[at], |hit| hit.s);
+                    }
+                }
+            });
             fastest = fastest.min(begun.elapsed().as_secs_f64() * 1e3);
-            found.into_iter().flatten().for_each(|(at, depth)| depths[at] = depth);
         }
         (fastest, depths)
     }
@@ -89,12 +91,13 @@ pub fn split(frame: &Frame, scene: &Scene, width: u32, height: u32) -> Result<Sp
         let dims = layer.surface.grid.dims();
         let nothing = vec![Unread; dims.iter().product()];
         // Levels that the compiler cannot see, or it would know that nothing is ever met and walk nowhere.
-        let unread = Field { samples: &nothing[..], dims, map: &layer.map, level: black_box(1.0), sign: black_box(1.0) };
+        let unread =
+            Field { samples: &nothing[..], dims, map: &layer.map, masks: &layer.masks, level: black_box(1.0), sign: black_box(1.0) };
         with_samples!(layer.surface.volume.samples(), samples => {
-            let field = Field { samples: samples.as_slice(), dims, map: &layer.map, level: layer.level, sign: layer.surface.sign };
+            let field = Field { samples: samples.as_slice(), dims, map: &layer.map, masks: &layer.masks, level: layer.level, sign: layer.surface.sign };
             with_walk!(scene.solver, W => {
-                let (solved, depths) = Rays { layer, width, height, limits: &limits }.time::<_, W>(&field);
-                let known = Rays { layer, width, height, limits: &depths };
+                let (solved, depths) = Rays { layer, width, limits: &limits }.time::<_, W>(&field);
+                let known = Rays { layer, width, limits: &depths };
                 // Fixed steps have no solver apart from what they fetch and interpolate.
                 let (walked, fetched) = match scene.solver {
                     Solver::Step(_) => (known.time::<_, W>(&unread).0, solved),

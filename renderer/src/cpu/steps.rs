@@ -11,7 +11,7 @@ use glam::{IVec3, Vec3};
 pub(crate) struct FixedSteps<const PER_VOXEL: u32>;
 
 impl<const PER_VOXEL: u32> WalkBrick for FixedSteps<PER_VOXEL> {
-    fn walk<T: Sample>(field: &Field<'_, T>, pace: &Pace, at: &InBrick) -> Option<Hit> {
+    fn walk<T: Sample>(field: &Field<'_, T>, pace: &Pace, at: &InBrick<'_>) -> Option<Hit> {
         let step = 1.0 / (PER_VOXEL as f32 * pace.direction.length());
         // The last sample before the brick, but not before the box or the eye, where the first sample is taken.
         let mut n = ((at.s + at.t) / step).floor();
@@ -54,7 +54,7 @@ fn value<T: Sample>(field: &Field<'_, T>, corner: IVec3, p: Vec3) -> f32 {
     trilinear(&field.corners(cell), local)
 }
 
-fn hit<T: Sample>(field: &Field<'_, T>, at: &InBrick, t: f32, p: Vec3, met: Met) -> Hit {
+fn hit<T: Sample>(field: &Field<'_, T>, at: &InBrick<'_>, t: f32, p: Vec3, met: Met) -> Hit {
     let (cell, local) = cell_of(field, at.corner, p);
     Hit { s: at.s + t, cell, local, met }
 }

@@ -30,10 +30,12 @@ pub(super) struct TraceParams {
     pub tile: [u32; 2],
     pub pass_number: u32,
     pub stride: u32,
-    pub s_max: f32,
     pub only_nearest: u32,
     pub zero: u32,
+    pub blocks_across: u32,
     pub padding: u32,
+    pub block: [u32; 2],
+    pub more_padding: [u32; 2],
 }
 
 /// `ShadeParams` of `shaders/shade.wgsl`.
@@ -125,7 +127,22 @@ mod tests {
             &trace,
             "TraceParams",
             TraceParams,
-            [origin, direction, normal_to_world, dims, level, bricks, sign, tile, pass_number, stride, s_max, only_nearest, zero]
+            [
+                origin,
+                direction,
+                normal_to_world,
+                dims,
+                level,
+                bricks,
+                sign,
+                tile,
+                pass_number,
+                stride,
+                only_nearest,
+                zero,
+                blocks_across,
+                block
+            ]
         );
         same_layout!(
             shade,

@@ -13,6 +13,7 @@ use device::Gpu;
 pub use device::GpuError;
 use pipelines::{Pipelines, Target};
 
+use crate::cell_masks::CellMasks;
 use crate::frame::{Frame, MapCache};
 use crate::occupancy::DistanceMap;
 use crate::roots::{PerVoxel, Solver, Steps};
@@ -98,6 +99,7 @@ pub struct GpuRenderer {
     /// As float32, for the solver `filter`.
     filtered: Vec<(Weak<Volume>, wgpu::Texture)>,
     map_textures: Vec<(Weak<DistanceMap>, wgpu::Texture)>,
+    mask_buffers: Vec<(Weak<CellMasks>, wgpu::Buffer)>,
     target: Option<Target>,
 }
 
@@ -106,7 +108,8 @@ impl GpuRenderer {
     pub fn new(software: bool) -> Result<Self, GpuError> {
         let gpu = Gpu::open(software)?;
         let pipelines = Pipelines::new(&gpu);
-        Ok(Self { gpu, pipelines, maps: MapCache::default(), volumes: vec![], filtered: vec![], map_textures: vec![], target: None })
+        let (volumes, filtered, map_textures, mask_buffers) = (vec![], vec![], vec![], vec![]);
+        Ok(Self { gpu, pipelines, maps: MapCache::default(), volumes, filtered, map_textures, mask_buffers, target: None })
     }
 
     fn sample_texture(&mut self, volume: &Arc<Volume>) -> Result<wgpu::Texture, GpuError> {
@@ -124,8 +127,12 @@ impl GpuRenderer {
         }
     }
 
-    fn map_texture(&mut self, map: &Arc<DistanceMap>) -> Result<wgpu::Texture, GpuError> {
-        cached(&mut self.map_textures, map, || upload::upload_map(&self.gpu, map))
+    fn map_texture(&mut self, map: &Arc<DistanceMap>, masks: &CellMasks) -> Result<wgpu::Texture, GpuError> {
+        cached(&mut self.map_textures, map, || upload::upload_map(&self.gpu, map, masks))
+    }
+
+    fn mask_buffer(&mut self, masks: &Arc<CellMasks>) -> Result<wgpu::Buffer, GpuError> {
+        cached(&mut self.mask_buffers, masks, || upload::upload_masks(&self.gpu, masks))
     }
 
     fn draw(&mut self, frame: &Frame, scene: &Scene, width: u32, height: u32) -> Result<Picture, GpuError> {
@@ -151,23 +158,23 @@ impl Renderer for GpuRenderer {
         Ok(self.draw(&frame, scene, width, height)?)
     }
 
+    fn bytes(&self) -> usize {
+        self.maps.bytes()
+    }
+
     fn split(&mut self, volumes: &[Arc<Volume>], scene: &Scene, width: u32, height: u32) -> Result<Split, RenderError> {
         let frame = Frame::new(&mut self.maps, volumes, scene, width, height)?;
         Ok(self.split_frame(&frame, scene, width, height)?)
     }
 }
 
-/// The texture of `of`, made when it is new; those whose source is gone are dropped.
-fn cached<T>(
-    cache: &mut Vec<(Weak<T>, wgpu::Texture)>,
-    of: &Arc<T>,
-    make: impl FnOnce() -> Result<wgpu::Texture, GpuError>,
-) -> Result<wgpu::Texture, GpuError> {
+/// What stands for `of` on the GPU, made when it is new; what stands for something that is gone is dropped.
+fn cached<T, R: Clone>(cache: &mut Vec<(Weak<T>, R)>, of: &Arc<T>, make: impl FnOnce() -> Result<R, GpuError>) -> Result<R, GpuError> {
     cache.retain(|(source, _)| source.strong_count() > 0);
-    if let Some((_, texture)) = cache.iter().find(|(source, _)| std::ptr::eq(source.as_ptr(), Arc::as_ptr(of))) {
-        return Ok(texture.clone());
+    if let Some((_, known)) = cache.iter().find(|(source, _)| std::ptr::eq(source.as_ptr(), Arc::as_ptr(of))) {
+        return Ok(known.clone());
     }
-    let texture = make()?;
-    cache.push((Arc::downgrade(of), texture.clone()));
-    Ok(texture)
+    let made = make()?;
+    cache.push((Arc::downgrade(of), made.clone()));
+    Ok(made)
 }

@@ -2,7 +2,7 @@
 
 use super::device::{Gpu, GpuError};
 use super::layout::{ShadeLayer, TraceParams};
-use super::plan::Plan;
+use super::plan::{Plan, VolumeOnGpu};
 use super::{Parts, SHADE, TILE, trace_source};
 use crate::frame::Frame;
 use crate::roots::Solver;
@@ -114,6 +114,8 @@ impl Pipelines {
             entry(1, volume_texture(sample_type)),
             entry(2, volume_texture(TextureSampleType::Uint)),
             entry(3, storage(false)),
+            entry(5, storage(true)),
+            entry(6, storage(true)),
         ];
         if solver == Solver::Filter {
             entries.push(entry(4, BindingType::Sampler(SamplerBindingType::Filtering)));
@@ -124,15 +126,18 @@ impl Pipelines {
     }
 
     /// The parameters, textures and hits of a pass over one volume.
-    fn trace_group(&self, gpu: &Gpu, number: usize, volume: &VolumeViews, params: &[TraceParams], hits: &wgpu::Buffer) -> wgpu::BindGroup {
+    fn trace_group(&self, gpu: &Gpu, number: usize, volume: &VolumeOnGpu, params: &[TraceParams], hits: &wgpu::Buffer) -> wgpu::BindGroup {
         let trace = &self.trace[number];
         let params = filled_buffer(gpu, bytemuck::cast_slice(params), BufferUsages::STORAGE);
+        let [samples, map] = [&volume.samples, &volume.map].map(|t| t.create_view(&Default::default()));
         let texture = wgpu::BindingResource::TextureView;
         let mut entries = vec![
             bound(0, params.as_entire_binding()),
-            bound(1, texture(&volume.samples)),
-            bound(2, texture(&volume.map)),
+            bound(1, texture(&samples)),
+            bound(2, texture(&map)),
             bound(3, hits.as_entire_binding()),
+            bound(5, volume.masks.as_entire_binding()),
+            bound(6, volume.spans.as_entire_binding()),
         ];
         if trace.solver == Solver::Filter {
             entries.push(bound(4, wgpu::BindingResource::Sampler(&self.filter)));
@@ -150,9 +155,9 @@ impl Pipelines {
         params: &[TraceParams],
         hits: &wgpu::Buffer,
     ) -> Result<f64, GpuError> {
-        let (samples, map, component) = &plan.volumes[pass];
-        let number = self.trace(gpu, component, plan.solver, parts);
-        let group = self.trace_group(gpu, number, &VolumeViews::new(samples, map), params, hits);
+        let volume = &plan.volumes[pass];
+        let number = self.trace(gpu, volume.component, plan.solver, parts);
+        let group = self.trace_group(gpu, number, volume, params, hits);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let mut compute = encoder.begin_compute_pass(&Default::default());
         compute.set_pipeline(&self.trace[number].pipeline);
@@ -173,9 +178,8 @@ impl Pipelines {
         let unused = [ShadeLayer { color: [0.0; 4], id: 0, padding: [0; 3] }];
         let colors = bytemuck::cast_slice(if colors.is_empty() { &unused } else { colors });
         let colors = filled_buffer(gpu, colors, BufferUsages::STORAGE);
-        let numbers: Vec<usize> = volumes.iter().map(|(.., component)| self.trace(gpu, component, *solver, Parts::Solve)).collect();
+        let numbers: Vec<usize> = volumes.iter().map(|v| self.trace(gpu, v.component, *solver, Parts::Solve)).collect();
         let view = |t: &wgpu::Texture| t.create_view(&Default::default());
-        let volumes: Vec<_> = volumes.iter().map(|(samples, map, _)| VolumeViews::new(samples, map)).collect();
         let [color, depth, id] = [&target.color, &target.depth, &target.id].map(view);
         let texture = wgpu::BindingResource::TextureView;
         for first in (0..shade.len()).step_by(*batch) {
@@ -187,7 +191,7 @@ impl Pipelines {
                 pass.set_bind_group(0, &group, &[]);
                 pass.dispatch_workgroups(TILE / 8, TILE / 8, tiles.len() as u32);
             };
-            for ((&number, volume), params) in numbers.iter().zip(&volumes).zip(trace) {
+            for ((&number, volume), params) in numbers.iter().zip(volumes).zip(trace) {
                 dispatch(&self.trace[number].pipeline, self.trace_group(gpu, number, volume, &params[tiles.clone()], &hits));
             }
             let params = filled_buffer(gpu, bytemuck::cast_slice(&shade[tiles.clone()]), BufferUsages::STORAGE);
@@ -205,19 +209,6 @@ impl Pipelines {
             drop(pass);
             gpu.queue.submit([encoder.finish()]);
         }
-    }
-}
-
-/// A volume's textures as passes see them.
-struct VolumeViews {
-    samples: wgpu::TextureView,
-    map: wgpu::TextureView,
-}
-
-impl VolumeViews {
-    fn new(samples: &wgpu::Texture, map: &wgpu::Texture) -> Self {
-        let view = |t: &wgpu::Texture| t.create_view(&Default::default());
-        Self { samples: view(samples), map: view(map) }
     }
 }
 

@@ -1,18 +1,19 @@
 //! What one picture asks of the GPU: textures, and the parameters of every pass over every tile.
 
 use super::layout::{PixelAffinePairs, ShadeLayer, ShadeParams, TraceParams, padded, padded_matrix};
-use super::pipelines::hit_bytes;
+use super::pipelines::{filled_buffer, hit_bytes};
 use super::{BATCH, GpuError, GpuRenderer, TILE, upload};
 use crate::frame::{Frame, FrameLayer};
 use crate::roots::Solver;
 use crate::scene::{Mode, Scene};
+use crate::spans::BLOCK;
 
 /// The passes of a picture.
 #[derive(Debug)]
 pub(super) struct Plan {
     pub solver: Solver,
-    /// Samples, distance map and component type of each volume.
-    pub volumes: Vec<(wgpu::Texture, wgpu::Texture, &'static str)>,
+    /// What passes over each volume read.
+    pub volumes: Vec<VolumeOnGpu>,
     /// For each volume, the parameters of each tile.
     pub trace: Vec<Vec<TraceParams>>,
     /// The parameters of each tile.
@@ -21,6 +22,18 @@ pub(super) struct Plan {
     pub colors: Vec<ShadeLayer>,
     /// Tiles in one dispatch.
     pub batch: usize,
+}
+
+/// A volume as a pass sees it.
+#[derive(Debug)]
+pub(super) struct VolumeOnGpu {
+    pub samples: wgpu::Texture,
+    /// Component type of the samples.
+    pub component: &'static str,
+    /// Distances of bricks and numbers of their masks.
+    pub map: wgpu::Texture,
+    pub masks: wgpu::Buffer,
+    pub spans: wgpu::Buffer,
 }
 
 impl GpuRenderer {
@@ -39,7 +52,10 @@ impl GpuRenderer {
                 Solver::Filter => (self.filtered_texture(volume)?, "f32"),
                 _ => (self.sample_texture(volume)?, upload::kind_of(volume.samples()).1),
             };
-            volumes.push((samples, self.map_texture(&layer.map)?, component));
+            let map = self.map_texture(&layer.map, &layer.masks)?;
+            let masks = self.mask_buffer(&layer.masks)?;
+            let spans = filled_buffer(&self.gpu, bytemuck::cast_slice(&layer.spans.blocks), wgpu::BufferUsages::STORAGE);
+            volumes.push(VolumeOnGpu { samples, component, map, masks, spans });
         }
         let limit = self.gpu.device.limits().max_storage_buffer_binding_size;
         let batch = (limit / hit_bytes(slots)).min(BATCH);
@@ -64,10 +80,12 @@ impl GpuRenderer {
                 tile: [w, h],
                 pass_number: pass as u32,
                 stride,
-                s_max: frame.s_max,
                 only_nearest: u32::from(frame.only_nearest),
                 zero: 0,
+                blocks_across: layer.spans.across,
                 padding: 0,
+                block: [x / BLOCK, y / BLOCK],
+                more_padding: [0; 2],
             }
         };
         let trace: Vec<Vec<TraceParams>> =

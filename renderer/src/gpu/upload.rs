@@ -2,8 +2,10 @@
 //! so the solver `filter` takes them as float32.
 
 use super::device::{Gpu, GpuError};
+use super::pipelines::filled_buffer;
+use crate::cell_masks::{CellMasks, Mask};
 use crate::occupancy::DistanceMap;
-use bregma_volume::{Sample, Samples, Volume, with_samples};
+use bregma_volume::{BRICK, Sample, Samples, Volume, with_samples};
 
 /// How samples are stored on the GPU: the texture's format and its component type in WGSL.
 pub(super) fn kind_of(samples: &Samples) -> (wgpu::TextureFormat, &'static str) {
@@ -32,9 +34,23 @@ pub(super) fn upload_as_f32(gpu: &Gpu, volume: &Volume) -> Result<wgpu::Texture,
     upload(gpu, volume.grid().dims(), wgpu::TextureFormat::R32Float, bytemuck::cast_slice(&samples))
 }
 
-/// Uploads a distance map.
-pub(super) fn upload_map(gpu: &Gpu, map: &DistanceMap) -> Result<wgpu::Texture, GpuError> {
-    upload(gpu, map.dims(), wgpu::TextureFormat::R8Uint, map.distances())
+/// Uploads a distance map with the numbers of the masks above its 8 bits.
+pub(super) fn upload_map(gpu: &Gpu, map: &DistanceMap, masks: &CellMasks) -> Result<wgpu::Texture, GpuError> {
+    let texels: Vec<u32> = map.distances().iter().zip(masks.slots()).map(|(&distance, slot)| u32::from(distance) | slot << 8).collect();
+    upload(gpu, map.dims(), wgpu::TextureFormat::R32Uint, bytemuck::cast_slice(&texels))
+}
+
+/// Uploads the masks.
+pub(super) fn upload_masks(gpu: &Gpu, masks: &CellMasks) -> Result<wgpu::Buffer, GpuError> {
+    // A buffer holds at least one mask, even where nothing can be met.
+    let none = [[0; BRICK]];
+    let bytes: &[u8] = bytemuck::cast_slice(if masks.masks().is_empty() { &none } else { masks.masks() });
+    // The number of a mask has 24 bits beside a distance; a buffer as large would be 1 GiB.
+    let most = gpu.device.limits().max_storage_buffer_binding_size.min((size_of::<Mask>() as u64) << 24);
+    if bytes.len() as u64 > most {
+        return Err(GpuError::Memory { mib: bytes.len() >> 20, adapter: gpu.info.name.clone() });
+    }
+    Ok(filled_buffer(gpu, bytes, wgpu::BufferUsages::STORAGE))
 }
 
 /// Bytes on their way at once: the driver keeps a copy of what is not yet on the card.

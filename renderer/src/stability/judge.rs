@@ -146,6 +146,10 @@ mod tests {
             Err(RenderError::NeedsGpu(scene.solver))
         }
 
+        fn bytes(&self) -> usize {
+            0
+        }
+
         fn split(&mut self, _: &[Arc<Volume>], scene: &Scene, _: u32, _: u32) -> Result<Split, RenderError> {
             Err(RenderError::NeedsGpu(scene.solver))
         }
