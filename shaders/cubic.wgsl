@@ -92,31 +92,29 @@ fn cubic_entry(b: vec4<f32>) -> f32 {
     if !any(b >= vec4<f32>(0.0)) {
         return -1.0;
     }
-    let changes_once = inside(b.w) && (!inside(b.y) || inside(b.z));
-    if changes_once {
-        return refine(b, 0.0, b.x, 1.0, b.w);
-    }
-    let turns = turning_points(b);
     var low = 0.0;
     var f_low = b.x;
-    if turns.x < 1.0 {
-        let f_high = cubic_value(b, turns.x);
-        if inside(f_high) {
-            return refine(b, low, f_low, turns.x, f_high);
+    var high = 1.0;
+    var f_high = b.w;
+    let changes_once = inside(b.w) && (!inside(b.y) || inside(b.z));
+    if !changes_once {
+        let turns = turning_points(b);
+        for (var i = 0; i < 2; i++) {
+            let turn = select(turns.y, turns.x, i == 0);
+            if turn < high {
+                let f = cubic_value(b, turn);
+                if inside(f) {
+                    high = turn;
+                    f_high = f;
+                } else {
+                    low = turn;
+                    f_low = f;
+                }
+            }
         }
-        low = turns.x;
-        f_low = f_high;
-    }
-    if turns.y < 1.0 {
-        let f_high = cubic_value(b, turns.y);
-        if inside(f_high) {
-            return refine(b, low, f_low, turns.y, f_high);
+        if !inside(f_high) {
+            return -1.0;
         }
-        low = turns.y;
-        f_low = f_high;
     }
-    if inside(b.w) {
-        return refine(b, low, f_low, 1.0, b.w);
-    }
-    return -1.0;
+    return refine(b, low, f_low, high, f_high);
 }

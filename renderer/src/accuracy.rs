@@ -40,11 +40,12 @@ pub enum Verdict {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Off {
     /// Along the ray, beyond the rounding of a depth image's float32; mm, negative where found too near.
-    pub mm: f64,
+    pub mm: f32,
     /// The same in voxels of the finest volume.
-    pub voxel: f64,
-    /// Between the smooth normals at both points; `None` where the surface is a cut of the box or holds the eye.
-    pub normal_deg: Option<f64>,
+    pub voxel: f32,
+    /// What it does to the smooth normal, the angle between the normals at both points; `None` where the surface is a cut of the box or
+    /// holds the eye.
+    pub normal_deg: Option<f32>,
 }
 
 /// The surface that is nearest along a pixel's ray.
@@ -130,7 +131,7 @@ impl Truth {
             (Some(_), true) => Verdict::Missed,
             (Some(hit), false) => Verdict::Hit(self.off(n, &hit, found_mm)),
         };
-        let fits = matches!(verdict, Verdict::Hit(off) if off.voxel.abs() <= DEPTH_TOLERANCE_VOXEL);
+        let fits = matches!(verdict, Verdict::Hit(off) if f64::from(off.voxel.abs()) <= DEPTH_TOLERANCE_VOXEL);
         if !fits && self.is_tangent(n, found_mm) { Verdict::Tangent } else { verdict }
     }
 
@@ -145,21 +146,25 @@ impl Truth {
         let surface = &self.surfaces[hit.surface];
         let normal_deg = hit.normal.map(|true_normal| {
             let found = smooth_normal(surface, surface.grid.index(ray.at(found_mm)), ray.direction);
-            true_normal.cross(found).length().atan2(true_normal.dot(found)).to_degrees()
+            true_normal.cross(found).length().atan2(true_normal.dot(found)).to_degrees() as f32
         });
-        Off { mm, voxel: mm * self.voxels_per_mm(&ray), normal_deg }
+        Off { mm: mm as f32, voxel: (mm * self.voxels_per_mm(&ray)) as f32, normal_deg }
     }
 
-    /// Whether the reference's own answer changes beside the ray, and what was found is one of its answers there, or between them.
+    /// Whether the reference's own answer changes beside the ray, and what was found is one of its answers there, or between two that
+    /// are neighbours.
     fn is_tangent(&self, n: usize, found_mm: f64) -> bool {
         let ray = self.ray(n);
         let density = self.voxels_per_mm(&ray);
         let around = self.aside[n].get_or_init(|| Box::new(self.depths_aside(&ray)));
         let same = |a: f64, b: f64| (a.is_nan() && b.is_nan()) || (beyond_rounding(a, b) * density).abs() <= DEPTH_TOLERANCE_VOXEL;
         let truth = self.depth_mm(n);
-        let (low, high) = around.iter().fold((truth, truth), |(low, high), &t| (low.min(t), high.max(t)));
+        let mut answers: Vec<f64> = around.iter().copied().chain([truth]).filter(|t| !t.is_nan()).collect();
+        answers.sort_by(f64::total_cmp);
+        // Between two answers that lie on one sheet, as nearer than a voxel, there may be any other; between two sheets there is none.
+        let between = |w: &[f64]| (w[0]..=w[1]).contains(&found_mm) && (w[1] - w[0]) * density <= 1.0;
         let changes = around.iter().any(|&t| !same(t, truth));
-        changes && ((low..=high).contains(&found_mm) || around.iter().any(|&t| same(found_mm, t)))
+        changes && (answers.windows(2).any(between) || around.iter().any(|&t| same(found_mm, t)))
     }
 
     fn depths_aside(&self, ray: &Ray) -> [f64; ASIDE] {
@@ -173,9 +178,11 @@ impl Truth {
     }
 }
 
-/// Found minus true depth, less what float32 cannot hold (which matters for eyes thousands of voxels away).
+/// Found minus true depth, less what float32 cannot hold: half the distance to the next number (which matters for eyes thousands of voxels
+/// away).
 fn beyond_rounding(found_mm: f64, true_mm: f64) -> f64 {
-    let (off, rounding) = (found_mm - true_mm, f64::from(f32::EPSILON) / 2.0 * true_mm.abs());
+    let nearest = true_mm.abs() as f32;
+    let (off, rounding) = (found_mm - true_mm, f64::from(nearest.next_up() - nearest) / 2.0);
     off.signum() * (off.abs() - rounding).max(0.0)
 }
 
@@ -221,8 +228,8 @@ fn smooth_gradient<T: Sample>(samples: &[T], dims: [usize; 3], p: DVec3) -> DVec
 }
 
 /// Verdicts of any number of pictures, counted.
-#[derive(Clone, Debug, Default)]
-pub struct Tally {
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Counts {
     /// Rays judged.
     pub rays: u64,
     /// Rays that meet a surface, tangent ones aside.
@@ -233,7 +240,6 @@ pub struct Tally {
     pub false_hits: u64,
     /// Tangent rays whose answers differ.
     pub tangent: u64,
-    offs: Vec<Off>,
 }
 
 /// Quantiles of errors.
@@ -248,47 +254,57 @@ pub struct Quantiles {
 }
 
 impl Quantiles {
-    /// Of `values`, in any order; zeros where there are none.
-    pub fn of(mut values: Vec<f64>) -> Self {
+    /// Of `values`, in any order; `None` where there are none.
+    pub fn of(mut values: Vec<f64>) -> Option<Self> {
         values.sort_by(f64::total_cmp);
-        let at = |part: f64| values.get((values.len().saturating_sub(1) as f64 * part).round() as usize).copied().unwrap_or(0.0);
-        Self { p50: at(0.5), p999: at(0.999), max: at(1.0) }
+        let last = values.len().checked_sub(1)?;
+        let at = |part: f64| values[(last as f64 * part).round() as usize];
+        Some(Self { p50: at(0.5), p999: at(0.999), max: at(1.0) })
     }
+}
+
+/// Verdicts of any number of pictures.
+#[derive(Clone, Debug, Default)]
+pub struct Tally {
+    /// How many there are of each.
+    pub counts: Counts,
+    offs: Vec<Off>,
 }
 
 impl Tally {
     /// Counts the verdicts of one more picture.
     pub fn add(&mut self, verdicts: &[Verdict]) {
-        self.rays += verdicts.len() as u64;
+        let counts = &mut self.counts;
+        counts.rays += verdicts.len() as u64;
         for verdict in verdicts {
             match verdict {
                 Verdict::Nothing => {}
                 Verdict::Hit(off) => self.offs.push(*off),
-                Verdict::Missed => self.missed += 1,
-                Verdict::False => self.false_hits += 1,
-                Verdict::Tangent => self.tangent += 1,
+                Verdict::Missed => counts.missed += 1,
+                Verdict::False => counts.false_hits += 1,
+                Verdict::Tangent => counts.tangent += 1,
             }
         }
-        self.hits = self.offs.len() as u64 + self.missed;
+        counts.hits = self.offs.len() as u64 + counts.missed;
     }
 
     /// Hits that are more than `voxel` off.
     pub fn off_by(&self, voxel: f64) -> u64 {
-        self.offs.iter().filter(|off| off.voxel.abs() > voxel).count() as u64
+        self.offs.iter().filter(|off| f64::from(off.voxel.abs()) > voxel).count() as u64
     }
 
     /// Depth errors in mm.
-    pub fn depth_mm(&self) -> Quantiles {
-        Quantiles::of(self.offs.iter().map(|off| off.mm.abs()).collect())
+    pub fn depth_mm(&self) -> Option<Quantiles> {
+        Quantiles::of(self.offs.iter().map(|off| f64::from(off.mm.abs())).collect())
     }
 
     /// Depth errors in voxels.
-    pub fn depth_voxel(&self) -> Quantiles {
-        Quantiles::of(self.offs.iter().map(|off| off.voxel.abs()).collect())
+    pub fn depth_voxel(&self) -> Option<Quantiles> {
+        Quantiles::of(self.offs.iter().map(|off| f64::from(off.voxel.abs())).collect())
     }
 
-    /// Angles between the normals shown and the true ones, in degrees.
-    pub fn normal_deg(&self) -> Quantiles {
-        Quantiles::of(self.offs.iter().filter_map(|off| off.normal_deg).collect())
+    /// What depth errors alone do to normals, degrees.
+    pub fn normal_deg(&self) -> Option<Quantiles> {
+        Quantiles::of(self.offs.iter().filter_map(|off| off.normal_deg).map(f64::from).collect())
     }
 }

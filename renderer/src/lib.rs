@@ -35,6 +35,12 @@ pub trait Renderer: Send {
     /// What draws: backend and adapter or threads.
     fn name(&self) -> String;
 
+    /// `cpu` or `gpu`.
+    fn backend(&self) -> &'static str;
+
+    /// Whether it can draw by `solver`.
+    fn has(&self, solver: Solver) -> bool;
+
     /// The picture of `scene` (one layer for each of `volumes`, in order) with `width`×`height` pixels.
     fn render(&mut self, volumes: &[Arc<Volume>], scene: &Scene, width: u32, height: u32) -> Result<Picture, RenderError>;
 
@@ -58,6 +64,9 @@ pub struct Split {
     pub shading_ms: f64,
 }
 
+/// Times that each part of a frame is timed; the fastest counts, as nothing makes a computer faster than it is.
+const SPLIT_ROUNDS: usize = 3;
+
 impl Split {
     /// From the times of a walk, of one that also fetches, of one that also solves, and of the whole frame. Noise may make a longer work
     /// look shorter: no part takes less than nothing.
@@ -68,6 +77,18 @@ impl Split {
             fetching_ms: part(walked_ms, fetched_ms),
             solving_ms: part(fetched_ms, solved_ms),
             shading_ms: part(solved_ms, whole_ms),
+        }
+    }
+}
+
+impl RenderError {
+    /// Whether another solver would be drawn.
+    pub fn is_solver(&self) -> bool {
+        match self {
+            Self::NeedsGpu(_) => true,
+            #[cfg(feature = "gpu")]
+            Self::Gpu(GpuError::NoFilter { .. }) => true,
+            _ => false,
         }
     }
 }

@@ -56,7 +56,7 @@ impl Exactness {
         for (n, verdict) in verdicts.iter().enumerate() {
             let is_wrong = match verdict {
                 Verdict::Nothing | Verdict::Tangent => false,
-                Verdict::Hit(off) => off.voxel.abs() > DEPTH_TOLERANCE_VOXEL,
+                Verdict::Hit(off) => f64::from(off.voxel.abs()) > DEPTH_TOLERANCE_VOXEL,
                 Verdict::Missed | Verdict::False => true,
             };
             if is_wrong {
@@ -68,8 +68,8 @@ impl Exactness {
 
     /// Panics unless every ray is right but for at most one tangent ray in 100,000.
     pub fn assert(&self, what: &str) {
-        let t = &self.tally;
-        let (worst, wrong) = (t.depth_voxel().max, self.wrong.len());
+        let t = &self.tally.counts;
+        let (worst, wrong) = (self.tally.depth_voxel().map_or(0.0, |q| q.max), self.wrong.len());
         println!("{what}: {} rays, {} hits, {} tangent, worst |dt| {worst:.1e} voxel, {wrong} wrong", t.rays, t.hits, t.tangent);
         assert!(wrong == 0, "{what}: {wrong} rays are wrong, such as {:#?}", &self.wrong[..wrong.min(5)]);
         assert!(t.tangent * 100_000 <= t.rays.max(100_000), "{what}: {} of {} rays are tangent", t.tangent, t.rays);

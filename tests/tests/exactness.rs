@@ -38,7 +38,7 @@ fn orbit(what: &str, opened: &mut Opened) {
     gpu_off.assert(&format!("{what}, gpu"));
     println!("{what}: {unlike} of {pixels} pixels differ by more than 2/255 between cpu and gpu");
     assert!(unlike * 10_000 <= pixels);
-    assert!(cpu_off.tally.hits * 50 > cpu_off.tally.rays, "{what}: a picture of nothing proves nothing");
+    assert!(cpu_off.tally.counts.hits * 50 > cpu_off.tally.counts.rays, "{what}: a picture of nothing proves nothing");
 }
 
 fn scan(folder: &Path, name: &str) -> Source {

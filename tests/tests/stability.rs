@@ -7,8 +7,8 @@ use bregma_renderer::{CpuRenderer, GpuRenderer, Renderer, Solver};
 use bregma_volume::Progress;
 use std::collections::HashMap;
 
-/// The rows of failing solvers, on the CPU where they exist there; `filter` is a software driver's, as each card rounds its own way. To change the record, say why in the commit: the test writes what it
-/// found to `tests/out/known_failures.csv`.
+/// The rows of failing solvers, on the CPU where they exist there; `filter` is a software driver's, as each card rounds its own way. To
+/// change the record, say why in the commit: the test writes what it found to `tests/out/known_failures.csv`.
 const RECORD: &str = include_str!("../known_failures.csv");
 
 /// Columns of a line after family, backend and solver; `None` where it is empty.
@@ -36,6 +36,16 @@ fn differs(column: &str, found: f64, known: f64) -> bool {
     }
 }
 
+/// Families of which more than 2 in 100 are beyond float32, and how many at most: what is not judged proves nothing.
+const BEYOND_FLOAT32: [(&str, u32); 6] = [
+    ("plateau", 15),
+    ("double root 1e-6", 100),
+    ("double root 1e-12", 100),
+    ("near miss 1e-6", 99),
+    ("leading 1e7", 50),
+    ("clipped corner", 27),
+];
+
 #[test]
 fn exact_never_fails_and_the_others_fail_as_recorded() {
     // Fails if `exact` misses, invents, confuses, miscounts, loses at a face or doubles a root that float32 can decide, or is off by more
@@ -50,7 +60,8 @@ fn exact_never_fails_and_the_others_fail_as_recorded() {
         assert!(!row.fails(), "{row:?}");
         let most = if row.of == Of::Rays { 1e-3 } else { 5e-5 };
         assert!(row.error_voxel.is_none_or(|e| e.max <= most), "{row:?}");
-        assert!(row.of == Of::Segments || row.undecidable * 100 <= row.judged, "{row:?} proves little");
+        let beyond = BEYOND_FLOAT32.iter().find(|(family, _)| *family == row.family).map_or(2, |b| b.1);
+        assert!(row.undecidable * 100 <= (row.judged + row.undecidable) * beyond, "{row:?} proves little");
     }
 
     let on_cpu = |r: &&Row| r.backend == "cpu" || !r.solver.on_cpu();

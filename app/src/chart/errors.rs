@@ -2,7 +2,6 @@
 
 use super::plot::{FONT, fonts};
 use bregma_renderer::accuracy::Verdict;
-
 use plotters::prelude::*;
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
 use std::error::Error;
@@ -30,7 +29,7 @@ pub fn color(voxel: f64) -> [u8; 3] {
 pub fn pixels(verdicts: &[Verdict]) -> Vec<[u8; 3]> {
     let pixel = |verdict: &Verdict| match verdict {
         Verdict::Nothing => NOTHING,
-        Verdict::Hit(off) => color(off.voxel),
+        Verdict::Hit(off) => color(f64::from(off.voxel)),
         Verdict::Missed => MISSED,
         Verdict::False => FALSE,
         Verdict::Tangent => TANGENT,
@@ -42,9 +41,9 @@ pub fn pixels(verdicts: &[Verdict]) -> Vec<[u8; 3]> {
 const LEGEND: u32 = 190;
 
 /// The picture with its legend as RGB pixels, and its width and height.
-pub fn figure(verdicts: &[Verdict], width: u32, title: &str) -> Result<(Vec<u8>, u32, u32), Box<dyn Error>> {
+pub fn figure(pixels: &[[u8; 3]], width: u32, title: &str) -> Result<(Vec<u8>, u32, u32), Box<dyn Error>> {
     fonts();
-    let height = verdicts.len() as u32 / width.max(1);
+    let height = pixels.len() as u32 / width.max(1);
     // Small pictures still have room for the legend.
     let (full_width, full_height) = (width + LEGEND, height.max(300));
     let mut rgb = vec![255; (full_width * full_height * 3) as usize];
@@ -77,7 +76,7 @@ pub fn figure(verdicts: &[Verdict], width: u32, title: &str) -> Result<(Vec<u8>,
         }
         area.present()?;
     }
-    for (row, line) in pixels(verdicts).chunks(width.max(1) as usize).enumerate() {
+    for (row, line) in pixels.chunks(width.max(1) as usize).enumerate() {
         let start = row * full_width as usize * 3;
         rgb[start..start + line.len() * 3].copy_from_slice(line.as_flattened());
     }

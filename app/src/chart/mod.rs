@@ -6,8 +6,8 @@ pub mod errors;
 pub mod plot;
 pub mod table;
 
-use bregma_renderer::accuracy::{Quantiles, Tally, Truth, TruthError, Verdict};
-use bregma_renderer::{Bounds, Camera, GpuError, Mode, Picture, RenderError, Renderer, Scene, Solver, Split};
+use bregma_renderer::accuracy::{Counts, Quantiles, Tally, Truth, TruthError};
+use bregma_renderer::{Bounds, Camera, Mode, Picture, RenderError, Renderer, Scene, Solver, Split};
 use bregma_volume::{Cancelled, Progress, Volume};
 use std::sync::Arc;
 use std::time::Instant;
@@ -32,14 +32,6 @@ pub fn orbit(bounds: &Bounds, frames: u32) -> Vec<Camera> {
     (0..frames).map(|f| Camera::orbit(bounds, 360.0 * f64::from(f) / f64::from(frames), ORBIT_ELEVATION_DEG)).collect()
 }
 
-/// A renderer that takes part.
-pub struct Machine {
-    /// `cpu` or `gpu`.
-    pub backend: &'static str,
-    /// What draws.
-    pub renderer: Box<dyn Renderer>,
-}
-
 /// One solver on one backend.
 #[derive(Clone, Debug)]
 pub struct Point {
@@ -56,31 +48,33 @@ pub struct Point {
     /// Where the time goes.
     pub split: Split,
     /// What the reference says of all frames.
-    pub tally: Tally,
-    /// Depth errors.
-    pub depth_voxel: Quantiles,
+    pub counts: Counts,
+    /// Hits that are more than [`WRONG_VOXEL`] off.
+    pub off: u64,
+    /// Depth errors; `None` where nothing was hit.
+    pub depth_voxel: Option<Quantiles>,
     /// The same in mm.
-    pub depth_mm: Quantiles,
-    /// Errors of normals, degrees.
-    pub normal_deg: Quantiles,
-    /// Verdicts on the first view.
-    pub verdicts: Vec<Verdict>,
+    pub depth_mm: Option<Quantiles>,
+    /// What they do to normals, degrees.
+    pub normal_deg: Option<Quantiles>,
+    /// The errors of the first view in false colours, sRGB.
+    pub errors: Vec<[u8; 3]>,
 }
 
 impl Point {
     /// Missed surfaces, % of the rays that meet one.
     pub fn missed_percent(&self) -> f64 {
-        percent(self.tally.missed, self.tally.hits)
+        percent(self.counts.missed, self.counts.hits)
     }
 
     /// Surfaces found where none is, % of the rays that meet none.
     pub fn false_percent(&self) -> f64 {
-        percent(self.tally.false_hits, self.tally.rays - self.tally.hits - self.tally.tangent)
+        percent(self.counts.false_hits, self.counts.rays - self.counts.hits - self.counts.tangent)
     }
 
     /// Missed, false, or off by more than [`WRONG_VOXEL`]: % of all rays.
     pub fn wrong_percent(&self) -> f64 {
-        percent(self.tally.missed + self.tally.false_hits + self.tally.off_by(WRONG_VOXEL), self.tally.rays)
+        percent(self.counts.missed + self.counts.false_hits + self.off, self.counts.rays)
     }
 }
 
@@ -88,7 +82,8 @@ fn percent(part: u64, whole: u64) -> f64 {
     100.0 * part as f64 / whole.max(1) as f64
 }
 
-/// A depth that is more voxels off than this is wrong. The roundings of float32 on the way to a hit add up to a tenth of it.
+/// A depth that is more voxels off than this is wrong. Of `exact` 99.9 % are nearer than a tenth of it, and rays that graze the surface come
+/// up to it (0.8e-4 on CThead): it is what float32 leaves.
 pub const WRONG_VOXEL: f64 = 1e-4;
 
 /// What a point is charted by.
@@ -104,11 +99,11 @@ impl Measure {
     /// Both, in the order of the chart's panels.
     pub const ALL: [Self; 2] = [Self::Wrong, Self::Depth];
 
-    /// The measure of `point`.
+    /// The measure of `point`; infinite where nothing was hit.
     pub fn of(self, point: &Point) -> f64 {
         match self {
             Self::Wrong => point.wrong_percent(),
-            Self::Depth => point.depth_voxel.p999,
+            Self::Depth => point.depth_voxel.map_or(f64::INFINITY, |q| q.p999),
         }
     }
 
@@ -134,8 +129,6 @@ pub struct Chart {
     pub size: [u32; 2],
     /// Solver after solver, backend by backend.
     pub points: Vec<Point>,
-    /// Solvers that a machine could not run, with its reason.
-    pub left_out: Vec<String>,
 }
 
 /// Why there is no chart.
@@ -150,6 +143,9 @@ pub enum ChartError {
     /// No picture.
     #[error(transparent)]
     Render(#[from] RenderError),
+    /// Nothing to judge.
+    #[error("no ray meets a surface, so there is nothing to measure; choose another isovalue or view")]
+    Empty,
 }
 
 /// What is less than this part of another value is clearly less: times vary by up to a tenth from one measurement to the next.
@@ -161,8 +157,7 @@ struct Run {
     solver: Solver,
     millis: Vec<f64>,
     tally: Tally,
-    verdicts: Vec<Verdict>,
-    failure: Option<String>,
+    errors: Vec<[u8; 3]>,
 }
 
 /// Rows of truth that take about as long as a picture and its judgement.
@@ -174,61 +169,63 @@ impl Chart {
         volumes: &[Arc<Volume>],
         scene: &Scene,
         plan: &Plan,
-        machines: &mut [Machine],
+        machines: &mut [Box<dyn Renderer>],
         progress: &Progress,
     ) -> Result<Self, ChartError> {
         let [width, height] = plan.size;
-        let machine_solvers = |(machine, m): (usize, &Machine)| {
-            let run = move |solver| Run { machine, solver, millis: vec![], tally: Tally::default(), verdicts: vec![], failure: None };
-            Solver::ALL.into_iter().filter(|solver| m.backend != "cpu" || solver.on_cpu()).map(run).collect::<Vec<_>>()
-        };
-        let mut runs: Vec<Run> = machines.iter().enumerate().flat_map(machine_solvers).collect();
-        let pictures = runs.len() as u64 * u64::from(plan.rounds + 2);
-        progress.begin(plan.cameras.len() as u64 * (u64::from(height) + PICTURE_ROWS * pictures));
+        let mut runs: Vec<Run> = Vec::new();
+        for (machine, renderer) in machines.iter().enumerate() {
+            let solvers = Solver::ALL.into_iter().filter(|solver| renderer.has(*solver));
+            runs.extend(solvers.map(|solver| Run { machine, solver, millis: vec![], tally: Tally::default(), errors: vec![] }));
+        }
+        let pictures = plan.cameras.len() as u64 * u64::from(plan.rounds + 1) + 1;
+        progress.begin(plan.cameras.len() as u64 * u64::from(height) + PICTURE_ROWS * pictures * runs.len() as u64);
         // What is judged is the nearest surface, however surfaces are put together.
         let mut scene = Scene { mode: Mode::Iso, ..scene.clone() };
-        for (frame, camera) in plan.cameras.iter().enumerate() {
+        for camera in &plan.cameras {
             scene.camera = *camera;
             let truth = Truth::of(volumes, &scene, width, height, progress)?;
             // The first round compiles, uploads and is judged; it is not timed.
             for round in 0..=plan.rounds {
-                for run in runs.iter_mut().filter(|run| run.failure.is_none()) {
+                let mut last_machine = None;
+                for run in &mut runs {
+                    let renderer = &mut machines[run.machine];
                     scene.solver = run.solver;
+                    // Whose turn comes after another machine's finds caches and threads cold: a frame that is not timed warms them.
+                    if last_machine.replace(run.machine) != Some(run.machine) {
+                        renderer.render(volumes, &scene, width, height)?;
+                    }
                     let begun = Instant::now();
-                    let drawn = machines[run.machine].renderer.render(volumes, &scene, width, height);
+                    let picture = renderer.render(volumes, &scene, width, height)?;
                     let millis = begun.elapsed().as_secs_f64() * 1e3;
-                    match drawn {
-                        Ok(_) if round > 0 => run.millis.push(millis),
-                        Ok(picture) => run.judge(&truth, &picture, frame == 0),
-                        Err(e @ RenderError::Gpu(GpuError::NoFilter { .. })) => run.failure = Some(e.to_string()),
-                        Err(e) => return Err(e.into()),
+                    if round > 0 {
+                        run.millis.push(millis);
+                    } else {
+                        run.judge(&truth, &picture);
                     }
                     progress.advance(PICTURE_ROWS)?;
                 }
             }
         }
+        if runs.iter().all(|run| run.tally.counts.hits == 0) {
+            return Err(ChartError::Empty);
+        }
         scene.camera = plan.cameras[0];
-        let mut chart = Self {
+        let mut points = Vec::new();
+        for run in runs {
+            let renderer = &mut machines[run.machine];
+            scene.solver = run.solver;
+            let split = renderer.split(volumes, &scene, width, height)?;
+            points.push(run.point(renderer.as_ref(), split, plan.size));
+            progress.advance(PICTURE_ROWS)?;
+        }
+        Ok(Self {
             scans: volumes.iter().map(|v| v.name()).collect::<Vec<_>>().join(" and "),
             isovalues: scene.layers.iter().map(|layer| layer.iso).collect(),
             frames: plan.cameras.len(),
             size: plan.size,
-            points: vec![],
-            left_out: vec![],
-        };
-        for run in runs {
-            let machine = &mut machines[run.machine];
-            match &run.failure {
-                Some(reason) => chart.left_out.push(reason.clone()),
-                None => {
-                    scene.solver = run.solver;
-                    let split = machine.renderer.split(volumes, &scene, width, height)?;
-                    chart.points.push(run.point(machine, split, plan.size));
-                    progress.advance(PICTURE_ROWS)?;
-                }
-            }
-        }
-        Ok(chart)
+            points,
+        })
     }
 
     /// The points that no other of the same backend beats: none is at most as slow and at most as far off, and clearly better in one of the
@@ -251,28 +248,29 @@ impl Chart {
 }
 
 impl Run {
-    fn judge(&mut self, truth: &Truth, picture: &Picture, keep: bool) {
+    fn judge(&mut self, truth: &Truth, picture: &Picture) {
         let verdicts = truth.judge(picture);
         self.tally.add(&verdicts);
-        if keep {
-            self.verdicts = verdicts;
+        if self.errors.is_empty() {
+            self.errors = errors::pixels(&verdicts);
         }
     }
 
-    fn point(self, machine: &Machine, split: Split, [width, height]: [u32; 2]) -> Point {
-        let ms_per_frame = Quantiles::of(self.millis).p50;
+    fn point(self, renderer: &dyn Renderer, split: Split, [width, height]: [u32; 2]) -> Point {
+        let ms_per_frame = Quantiles::of(self.millis).map_or(f64::NAN, |q| q.p50);
         Point {
             solver: self.solver,
-            backend: machine.backend,
-            adapter: machine.renderer.name(),
+            backend: renderer.backend(),
+            adapter: renderer.name(),
             ms_per_frame,
             ns_per_ray: ms_per_frame * 1e6 / (f64::from(width) * f64::from(height)),
             split,
+            counts: self.tally.counts,
+            off: self.tally.off_by(WRONG_VOXEL),
             depth_voxel: self.tally.depth_voxel(),
             depth_mm: self.tally.depth_mm(),
             normal_deg: self.tally.normal_deg(),
-            tally: self.tally,
-            verdicts: self.verdicts,
+            errors: self.errors,
         }
     }
 }

@@ -3,7 +3,6 @@
 
 use super::{Chart, Measure, Point};
 use bregma_renderer::Solver;
-
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::{FontStyle, RGBColor, register_font};
@@ -67,8 +66,11 @@ where
 {
     root.fill(&WHITE)?;
     let [w, h] = chart.size;
-    let isovalues = chart.isovalues.iter().map(|v| format!("{v}")).collect::<Vec<_>>().join(", ");
-    let title = format!("{}, isovalue {isovalues}: {} views of {w}×{h} pixels", chart.scans, chart.frames);
+    // Enough digits to find the surface again by eye; the table's command has all.
+    let isovalues = chart.isovalues.iter().map(|v| format!("{}", (v * 1e3).round() / 1e3)).collect::<Vec<_>>().join(", ");
+    let scans: String = chart.scans.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    let views = if chart.frames == 1 { "1 view".into() } else { format!("{} views", chart.frames) };
+    let title = format!("{scans}, isovalue {isovalues}: {views} of {w}×{h} pixels");
     let font = |size: i32| (FONT, size * scale).into_font();
     root.draw(&Text::new(title, (24 * scale, 14 * scale), font(22)))?;
     for (n, backend) in chart.backends().into_iter().enumerate() {
@@ -88,7 +90,8 @@ where
 
 /// The powers of ten around `values` that are above 0.
 fn decades(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
-    let (low, high) = values.filter(|v| *v > 0.0).fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
+    let (low, high) =
+        values.filter(|v| *v > 0.0 && v.is_finite()).fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
     (high > 0.0).then(|| (10f64.powf(low.log10().floor()), 10f64.powf(high.log10().ceil())))
 }
 
@@ -139,7 +142,7 @@ where
         let half = text.len() as i32 * 4 * scale;
         root.draw(&Text::new(text, (bottom.0 - half, bottom.1 + 6 * scale), (FONT, 15 * scale).into_font()))?;
     }
-    let at = |p: &Point| (p.ns_per_ray, measure.of(p).max(low));
+    let at = |p: &Point| (p.ns_per_ray, measure.of(p).clamp(low, high));
     let mut places = Vec::new();
     for backend in chart.backends() {
         let front: Vec<(f64, f64)> = chart.front(backend, measure).into_iter().map(at).collect();

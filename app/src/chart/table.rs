@@ -6,14 +6,15 @@ const HEADER: &str = "solver,backend,adapter,ns_per_ray,ms_per_frame,walking_ms,
                       tangent,missed,missed_percent,false,false_percent,depth_p50_voxel,depth_p99.9_voxel,depth_max_voxel,depth_p50_mm,\
                       depth_p99.9_mm,depth_max_mm,normal_p50_deg,normal_p99.9_deg,normal_max_deg";
 
-/// One row for each solver on each backend; missed in % of the rays that meet a surface, false in % of those that meet none.
+/// One row for each solver on each backend; missed in % of the rays that meet a surface, false in % of those that meet none. Errors are
+/// empty where nothing was hit.
 pub fn csv(chart: &Chart) -> String {
     let rows: String = chart.points.iter().map(row).collect();
     format!("{HEADER}\n{rows}")
 }
 
 fn row(p: &Point) -> String {
-    let t = &p.tally;
+    let t = &p.counts;
     let mut fields = vec![p.solver.to_string(), p.backend.into(), format!("\"{}\"", p.adapter.replace('"', "'"))];
     let s = &p.split;
     let times = [p.ns_per_ray, p.ms_per_frame, s.walking_ms, s.fetching_ms, s.solving_ms, s.shading_ms];
@@ -26,7 +27,7 @@ fn row(p: &Point) -> String {
         format!("{:.6}", p.false_percent()),
     ]);
     for q in [p.depth_voxel, p.depth_mm, p.normal_deg] {
-        fields.extend([q.p50, q.p999, q.max].map(|v| format!("{v:.3e}")));
+        fields.extend(q.map_or([const { String::new() }; 3], |q| [q.p50, q.p999, q.max].map(|v| format!("{v:.3e}"))));
     }
     fields.join(",") + "\n"
 }
@@ -38,18 +39,16 @@ pub fn text(chart: &Chart) -> String {
         "solver", "backend", "ns/ray", "ms/frame", "missed %", "false %", "p50 voxel", "p99.9 voxel", "max voxel"
     );
     for p in &chart.points {
-        let d = p.depth_voxel;
+        let [p50, p999, max] =
+            p.depth_voxel.map_or(["–", "–", "–"].map(String::from), |q| [q.p50, q.p999, q.max].map(|v| format!("{v:.1e}")));
         out += &format!(
-            "{:<13}{:<8}{:>9.1}{:>10.1}{:>11.4}{:>10.4}{:>11.1e}{:>13.1e}{:>12.1e}\n",
+            "{:<13}{:<8}{:>9.1}{:>10.1}{:>11.4}{:>10.4}{p50:>11}{p999:>13}{max:>12}\n",
             p.solver.to_string(),
             p.backend,
             p.ns_per_ray,
             p.ms_per_frame,
             p.missed_percent(),
             p.false_percent(),
-            d.p50,
-            d.p999,
-            d.max
         );
     }
     out

@@ -1,11 +1,11 @@
 //! `bregma chart`: speed against accuracy of every solver.
 
-use super::{CommandError, make_folder, open, print, set_each, tell, with_progress};
+use super::{CommandError, make_folder, open, print, set_each, with_progress};
 use crate::args::{Backend, ChartArgs};
-use crate::chart::{Chart, Machine, Plan, errors, orbit, plot, table};
+use crate::chart::{Chart, Plan, errors, orbit, plot, table};
 use crate::input::{DEMO_SIZE, Opened};
 use crate::output::{write_figure, write_whole};
-use bregma_renderer::{CpuRenderer, GpuRenderer, RenderError};
+use bregma_renderer::{CpuRenderer, GpuRenderer, RenderError, Renderer};
 
 /// Measures every solver over the orbit and writes chart.csv, chart.svg, chart.png and errors/SOLVER-BACKEND.png. Both backends take
 /// part where both are there, even a software driver, unless `--backend` names one.
@@ -21,22 +21,21 @@ pub fn chart(args: &ChartArgs, backend: Backend) -> Result<(), CommandError> {
     let plan = Plan { cameras: orbit(&opened.bounds(), args.frames), size: [args.size; 2], rounds: args.rounds };
     let mut machines = machines(backend)?;
     let chart = with_progress("measuring", |progress| Chart::measure(&opened.volumes, &opened.scene, &plan, &mut machines, progress))?;
-    chart.left_out.iter().for_each(|reason| tell("warning", reason));
     let unplotted = |e: Box<dyn std::error::Error>| CommandError::File(format!("{}: the chart cannot be drawn ({e})", args.out.display()));
     write_whole(&args.out.join("chart.csv"), table::csv(&chart).as_bytes())?;
     write_whole(&args.out.join("chart.svg"), plot::svg(&chart).map_err(unplotted)?.as_bytes())?;
     write_figure(&args.out.join("chart.png"), plot::pixels(&chart).map_err(unplotted)?)?;
     for point in &chart.points {
         let name = format!("{}-{}", point.solver, point.backend);
-        let figure = errors::figure(&point.verdicts, args.size, &name.replace('-', ", ")).map_err(unplotted)?;
+        let figure = errors::figure(&point.errors, args.size, &name.replace('-', ", ")).map_err(unplotted)?;
         write_figure(&args.out.join("errors").join(name.replace(':', "-") + ".png"), figure)?;
     }
     print(&format!("{}{}: chart.csv, chart.svg, chart.png, errors\n", table::text(&chart), args.out.display()))
 }
 
-fn machines(backend: Backend) -> Result<Vec<Machine>, CommandError> {
-    let cpu = || Machine { backend: "cpu", renderer: Box::new(CpuRenderer::default()) };
-    let gpu = || GpuRenderer::new(true).map(|gpu| Machine { backend: "gpu", renderer: Box::new(gpu) });
+fn machines(backend: Backend) -> Result<Vec<Box<dyn Renderer>>, CommandError> {
+    let cpu = || Box::new(CpuRenderer::default()) as Box<dyn Renderer>;
+    let gpu = || GpuRenderer::new(true).map(|gpu| Box::new(gpu) as Box<dyn Renderer>);
     Ok(match backend {
         Backend::Cpu => vec![cpu()],
         Backend::Gpu => vec![gpu().map_err(RenderError::from)?],

@@ -2,12 +2,14 @@
 
 use super::history::Work;
 use super::job::Job;
-use crate::chart::{Chart, Machine, Measure, Plan, Point, errors, plot};
-use bregma_renderer::{CpuRenderer, GpuRenderer, Solver};
+use crate::chart::{Chart, Measure, Plan, Point, errors, plot};
+use bregma_renderer::{CpuRenderer, GpuRenderer, Renderer, Solver};
+use bregma_volume::Volume;
 use egui::{
     Align, Align2, Color32, ColorImage, Context, Image, Layout, RichText, ScrollArea, Sense, TextureHandle, TextureOptions, Ui, Window,
 };
 use egui_plot::{GridInput, GridMark, HoverPosition, Line, MarkerShape, Plot, PlotPoint, Points, Text};
+use std::sync::Arc;
 
 /// The chart's window.
 #[derive(Default)]
@@ -19,6 +21,8 @@ pub struct ChartPanel {
     measure: Option<Measure>,
     /// Number of the point whose errors are shown, and they.
     selected: Option<(usize, TextureHandle)>,
+    /// The scans that all this is of.
+    volumes: Vec<Arc<Volume>>,
 }
 
 /// Most pixels across or down: enough to see errors, few enough to wait for.
@@ -37,8 +41,12 @@ impl ChartPanel {
         self.chart.as_ref()?.points.get(self.selected.as_ref()?.0)
     }
 
-    /// Takes what the thread brought; `Err` is a sentence for the person.
-    pub fn poll(&mut self) -> Result<(), String> {
+    /// Takes what the thread brought, and forgets what is of other scans than `volumes`; `Err` is a sentence for the person.
+    pub fn poll(&mut self, volumes: &[Arc<Volume>]) -> Result<(), String> {
+        let same = self.volumes.len() == volumes.len() && self.volumes.iter().zip(volumes).all(|(a, b)| Arc::ptr_eq(a, b));
+        if !same {
+            (self.job, self.chart, self.selected, self.volumes) = (None, None, None, volumes.to_vec());
+        }
         let Some(result) = self.job.as_ref().and_then(Job::poll) else { return Ok(()) };
         self.job = None;
         self.chart = Some(result.map_err(|e| format!("The solvers were not measured: {e}"))?);
@@ -101,7 +109,7 @@ impl ChartPanel {
                 work.opened.scene.solver = point.solver;
             }
             let [width, height] = chart.size.map(|n| n as usize);
-            let pixels = errors::pixels(&point.verdicts).into_iter().map(|[r, g, b]| Color32::from_rgb(r, g, b)).collect();
+            let pixels = point.errors.iter().map(|&[r, g, b]| Color32::from_rgb(r, g, b)).collect();
             let texture = ui.ctx().load_texture("errors", ColorImage::new([width, height], pixels), TextureOptions::NEAREST);
             self.selected = Some((n, texture));
         }
@@ -115,9 +123,8 @@ fn start(ctx: &Context, work: &Work, [width, height]: [u32; 2]) -> Job<Chart> {
     let (volumes, scene) = (work.opened.volumes.clone(), work.opened.scene.clone());
     let plan = Plan { cameras: vec![scene.camera], size, rounds: ROUNDS };
     Job::start(ctx, "Measuring".into(), move |progress| {
-        let gpu = GpuRenderer::new(false).ok().map(|gpu| Machine { backend: "gpu", renderer: Box::new(gpu) });
-        let cpu = Machine { backend: "cpu", renderer: Box::new(CpuRenderer::default()) };
-        let mut machines: Vec<Machine> = std::iter::once(cpu).chain(gpu).collect();
+        let mut machines: Vec<Box<dyn Renderer>> = vec![Box::new(CpuRenderer::default())];
+        machines.extend(GpuRenderer::new(false).ok().map(|gpu| Box::new(gpu) as Box<dyn Renderer>));
         Chart::measure(&volumes, &scene, &plan, &mut machines, progress)
     })
 }
@@ -144,8 +151,8 @@ fn power(log10: f64) -> String {
 
 /// The plot. Gives the point that is clicked.
 fn draw(ui: &mut Ui, chart: &Chart, measure: Measure, selected: Option<usize>) -> Option<usize> {
-    let (low, _) = plot::axis(chart, measure);
-    let place = |p: &Point| [p.ns_per_ray.log10(), measure.of(p).max(low).log10()];
+    let (low, high) = plot::axis(chart, measure);
+    let place = |p: &Point| [p.ns_per_ray.log10(), measure.of(p).clamp(low, high).log10()];
     let zero = chart.points.iter().any(|p| measure.of(p) == 0.0);
     let shown = Plot::new("chart")
         .x_axis_label("time, ns per ray")
@@ -217,19 +224,18 @@ fn rows(ui: &mut Ui, chart: &Chart, selected: Option<usize>) -> Option<usize> {
                 if ui.selectable_label(is_selected, if is_selected { text } else { text.color(color(p.solver)) }).clicked() {
                     clicked = Some(n);
                 }
-                let (s, d) = (&p.split, &p.depth_voxel);
+                let (s, d) = (&p.split, p.depth_voxel);
                 ui.label(format!("{:.1}", p.ns_per_ray));
                 ui.label(format!("{:.1} / {:.1} / {:.1} / {:.1}", s.walking_ms, s.fetching_ms, s.solving_ms, s.shading_ms));
                 ui.label(format!("{:.4}", p.missed_percent()));
                 ui.label(format!("{:.4}", p.false_percent()));
-                for voxel in [d.p50, d.p999, d.max] {
+                for voxel in d.map_or([f64::NAN; 3], |d| [d.p50, d.p999, d.max]) {
                     ui.label(if voxel == 0.0 { "0".into() } else { format!("{voxel:.0e}") });
                 }
-                ui.label(format!("{:.2}", p.normal_deg.p999));
+                ui.label(p.normal_deg.map_or(String::new(), |q| format!("{:.2}", q.p999)));
                 ui.end_row();
             }
         });
-        chart.left_out.iter().for_each(|reason| drop(ui.weak(reason)));
     });
     clicked
 }

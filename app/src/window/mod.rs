@@ -152,7 +152,7 @@ impl Workstation {
             Some(Err(text)) => self.notices.error(text),
             None => {}
         }
-        if let Err(text) = self.chart.poll() {
+        if let Err(text) = self.chart.poll(&self.work.opened.volumes) {
             self.notices.error(text);
         }
         if let Some(text) = self.painter.notice() {
@@ -210,7 +210,7 @@ impl Workstation {
             Command::Redo => self.history.can_redo(),
             Command::ClearRay => self.work.ray.is_some(),
             Command::Look(_) | Command::Projection | Command::Fit => !self.is_empty(),
-            Command::Chart => !self.is_empty() || self.chart.chart().is_some(),
+            Command::Chart => !self.is_empty(),
             Command::Exact => self.work.opened.scene.solver != Solver::Exact,
             Command::Quit => true,
         }

@@ -166,7 +166,12 @@ impl Worker {
                     desk = shared.news.wait(desk).unwrap_or_else(PoisonError::into_inner);
                 }
             };
-            let result = self.paint(shared, &wish, exact).map_err(|e| e.to_string());
+            let sentence = |e: RenderError| {
+                let solver = wish.scene.solver;
+                let way_out = format!("Nothing here draws by the solver {solver}; View › Draw by the exact solver does.");
+                if e.is_solver() { way_out } else { e.to_string() }
+            };
+            let result = self.paint(shared, &wish, exact).map_err(sentence);
             shared.desk().done = Some((number, result));
             ctx.request_repaint();
         }
@@ -177,7 +182,7 @@ impl Worker {
         let [width, height] = wish.size.map(|n| n.div_ceil(reduction));
         let begun = Instant::now();
         let mut drawn = self.renderer.render(&wish.volumes, &wish.scene, width, height);
-        if let (true, Err(e)) = (self.on_gpu, &drawn) {
+        if let (true, Err(e)) = (self.on_gpu && !drawn.as_ref().is_err_and(RenderError::is_solver), &drawn) {
             shared.desk().notice = Some(format!("The graphics card failed: {e}. The processor draws instead."));
             (self.renderer, self.on_gpu) = (Box::new(CpuRenderer::default()), false);
             drawn = self.renderer.render(&wish.volumes, &wish.scene, width, height);

@@ -60,6 +60,14 @@ impl Renderer for CpuRenderer {
         format!("cpu, {} threads", rayon::current_num_threads())
     }
 
+    fn backend(&self) -> &'static str {
+        "cpu"
+    }
+
+    fn has(&self, solver: Solver) -> bool {
+        solver.on_cpu()
+    }
+
     fn render(&mut self, volumes: &[Arc<Volume>], scene: &Scene, width: u32, height: u32) -> Result<Picture, RenderError> {
         let frame = Frame::new(&mut self.maps, volumes, scene, width, height)?;
         draw(&frame, scene, width, height)

@@ -13,14 +13,6 @@ use rayon::prelude::*;
 const MOST_ROOTS: u32 = 4;
 
 impl SolveSegments for CpuRenderer {
-    fn backend(&self) -> &'static str {
-        "cpu"
-    }
-
-    fn has(&self, solver: Solver) -> bool {
-        solver.on_cpu()
-    }
-
     fn solve(&mut self, solver: Solver, segments: &[Segment]) -> Result<Vec<Solved>, RenderError> {
         let first_entry = first_entry_with(solver)?;
         Ok(segments.par_iter().map(|s| solve(first_entry, s)).collect())

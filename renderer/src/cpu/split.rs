@@ -10,7 +10,7 @@ use crate::frame::{Frame, FrameLayer};
 use crate::roots::{Analytic, Exact, FirstEntry, Linear, Marmitt, Neubauer, PerVoxel, Solver, Steps};
 use crate::scene::Scene;
 use crate::spans::BLOCK;
-use crate::{RenderError, Split};
+use crate::{RenderError, SPLIT_ROUNDS, Split};
 use bregma_volume::{Sample, with_samples};
 use glam::Vec3;
 use rayon::prelude::*;
@@ -45,16 +45,13 @@ struct Rays<'a> {
     limits: &'a [f32],
 }
 
-/// Times that each part is timed; the fastest counts, as nothing makes a computer faster than it is.
-const ROUNDS: usize = 3;
-
 impl Rays<'_> {
     /// The fastest of some walks in ms, and the depth of each ray's hit, or its limit where it has none.
     fn time<T: Sample, W: WalkBrick>(&self, field: &Field<'_, T>) -> (f64, Vec<f32>) {
         let mut fastest = f64::INFINITY;
         let mut depths = self.limits.to_vec();
         let band = (BLOCK * self.width) as usize;
-        for _ in 0..ROUNDS {
+        for _ in 0..SPLIT_ROUNDS {
             let begun = Instant::now();
             depths.par_chunks_mut(band).zip(self.limits.par_chunks(band)).enumerate().for_each(|(row, (depths, limits))| {
                 let height = (limits.len() / self.width as usize) as u32;
@@ -80,7 +77,7 @@ impl Rays<'_> {
 /// Times the parts of a frame.
 pub fn split(frame: &Frame, scene: &Scene, width: u32, height: u32) -> Result<Split, RenderError> {
     let mut whole_ms = f64::INFINITY;
-    for _ in 0..ROUNDS {
+    for _ in 0..SPLIT_ROUNDS {
         let begun = Instant::now();
         black_box(draw(frame, scene, width, height)?);
         whole_ms = whole_ms.min(begun.elapsed().as_secs_f64() * 1e3);

@@ -153,6 +153,14 @@ impl Renderer for GpuRenderer {
         self.gpu.name()
     }
 
+    fn backend(&self) -> &'static str {
+        "gpu"
+    }
+
+    fn has(&self, solver: Solver) -> bool {
+        solver != Solver::Filter || self.gpu.filters_f32()
+    }
+
     fn render(&mut self, volumes: &[Arc<Volume>], scene: &Scene, width: u32, height: u32) -> Result<Picture, RenderError> {
         let frame = Frame::new(&mut self.maps, volumes, scene, width, height)?;
         Ok(self.draw(&frame, scene, width, height)?)

@@ -37,14 +37,6 @@ fn segments_source(solver: Solver) -> String {
 }
 
 impl SolveSegments for GpuRenderer {
-    fn backend(&self) -> &'static str {
-        "gpu"
-    }
-
-    fn has(&self, solver: Solver) -> bool {
-        solver != Solver::Filter || self.gpu.filters_f32()
-    }
-
     fn solve(&mut self, solver: Solver, segments: &[Segment]) -> Result<Vec<Solved>, RenderError> {
         let gpu = &self.gpu;
         let is_filter = solver == Solver::Filter;

@@ -5,17 +5,14 @@
 use super::layout::TraceParams;
 use super::pipelines::hit_buffer;
 use super::{GpuError, GpuRenderer, Parts};
-use crate::Split;
 use crate::frame::Frame;
 use crate::roots::Solver;
 use crate::scene::Scene;
+use crate::{SPLIT_ROUNDS, Split};
 use std::time::Instant;
 
-/// Times that each part is timed; the fastest counts, as nothing makes a computer faster than it is.
-const ROUNDS: usize = 3;
-
 fn fastest_ms(mut seconds: impl FnMut() -> Result<f64, GpuError>) -> Result<f64, GpuError> {
-    (0..ROUNDS).try_fold(f64::INFINITY, |fastest, _| Ok(fastest.min(seconds()? * 1e3)))
+    (0..SPLIT_ROUNDS).try_fold(f64::INFINITY, |fastest, _| Ok(fastest.min(seconds()? * 1e3)))
 }
 
 impl GpuRenderer {

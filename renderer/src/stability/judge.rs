@@ -105,7 +105,7 @@ impl Judge {
                 }
             }
         }
-        row.error_voxel = (!errors.is_empty()).then(|| Quantiles::of(errors));
+        row.error_voxel = Quantiles::of(errors);
         row.counts = Some(counts).filter(|c| c.judged > 0);
         row.faces = self.faces(paired);
         Ok(row)
@@ -142,6 +142,14 @@ mod tests {
             "says".into()
         }
 
+        fn backend(&self) -> &'static str {
+            "says"
+        }
+
+        fn has(&self, _: Solver) -> bool {
+            true
+        }
+
         fn render(&mut self, _: &[Arc<Volume>], scene: &Scene, _: u32, _: u32) -> Result<Picture, RenderError> {
             Err(RenderError::NeedsGpu(scene.solver))
         }
@@ -156,14 +164,6 @@ mod tests {
     }
 
     impl SolveSegments for Says {
-        fn backend(&self) -> &'static str {
-            "says"
-        }
-
-        fn has(&self, _: Solver) -> bool {
-            true
-        }
-
         fn solve(&mut self, _: Solver, segments: &[Segment]) -> Result<Vec<Solved>, RenderError> {
             Ok(vec![self.0; segments.len()])
         }

@@ -143,12 +143,6 @@ pub struct Solved {
 
 /// A renderer whose solvers can be asked about single cells.
 pub trait SolveSegments: Renderer {
-    /// Its name in tables.
-    fn backend(&self) -> &'static str;
-
-    /// Whether it can run `solver`.
-    fn has(&self, solver: Solver) -> bool;
-
     /// What `solver` makes of each segment.
     fn solve(&mut self, solver: Solver, segments: &[Segment]) -> Result<Vec<Solved>, RenderError>;
 }

@@ -29,7 +29,8 @@ impl Judge {
     /// Whether the answer for pixel `n` is nearer to a later crossing than to the first entry.
     fn is_wrong_root(&self, n: usize, verdict: &Verdict) -> bool {
         let Verdict::Hit(off) = verdict else { return false };
-        if off.voxel.abs() <= DEPTH_TOLERANCE_VOXEL {
+        let mm = f64::from(off.mm);
+        if f64::from(off.voxel.abs()) <= DEPTH_TOLERANCE_VOXEL {
             return false;
         }
         let entry_mm = self.truth.depth_mm(n);
@@ -38,7 +39,7 @@ impl Judge {
             let crossings = self.truth.surfaces().iter().flat_map(|s| reference::crossings(s, &ray));
             crossings.map(|c| c.t_mm).filter(|&t| t > entry_mm).collect()
         };
-        self.crossings[n].get_or_init(of_ray).iter().any(|t| (entry_mm + off.mm - t).abs() < off.mm.abs())
+        self.crossings[n].get_or_init(of_ray).iter().any(|t| (entry_mm + mm - t).abs() < mm.abs())
     }
 }
 
@@ -56,10 +57,10 @@ pub(super) fn rows(family: &Family, machines: &mut [&mut dyn SolveSegments]) -> 
                 row.wrong_root += verdicts.iter().enumerate().filter(|(n, v)| judge.is_wrong_root(*n, v)).count() as u32;
                 tally.add(&verdicts);
             }
-            row.undecidable = tally.tangent as u32;
-            row.judged = (tally.rays - tally.tangent) as u32;
-            (row.missed, row.false_hits) = (tally.missed as u32, tally.false_hits as u32);
-            row.error_voxel = (tally.hits > tally.missed).then(|| tally.depth_voxel());
+            row.undecidable = tally.counts.tangent as u32;
+            row.judged = (tally.counts.rays - tally.counts.tangent) as u32;
+            (row.missed, row.false_hits) = (tally.counts.missed as u32, tally.counts.false_hits as u32);
+            row.error_voxel = tally.depth_voxel();
             rows.push(row);
         }
     }

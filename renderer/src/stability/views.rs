@@ -215,8 +215,16 @@ fn plateaus() -> Vec<View> {
 /// Every family of pictures.
 pub(super) const FAMILIES: &[Family] = &[
     Family { name: "eye at 1e1", about: "pictures from 10 voxels before the volume, noise and smooth", views: || eyes(26.5) },
-    Family { name: "eye at 1e3", about: "from 1,000 voxels away", views: || eyes(1e3) },
-    Family { name: "eye at 1e5", about: "from 100,000 voxels away", views: || eyes(1e5) },
+    Family {
+        name: "eye at 1e3",
+        about: "from 1,000 voxels away; errors beyond the 3e-5 voxel that a float32 depth holds there",
+        views: || eyes(1e3),
+    },
+    Family {
+        name: "eye at 1e5",
+        about: "from 100,000 voxels away; errors beyond the 4e-3 voxel that a float32 depth holds there",
+        views: || eyes(1e5),
+    },
     Family { name: "starts inside", about: "rays that begin within the volume, some of them in bone", views: starts_inside },
     Family { name: "axis rays", about: "rays along axes, in faces and edges of cells", views: along_axes },
     Family { name: "nearly axis rays", about: "directions with components of −0, subnormal, 1e-13 to 1e-7", views: nearly_along_axes },
