@@ -83,7 +83,7 @@ fn percent(part: u64, whole: u64) -> f64 {
 }
 
 /// A depth that is more voxels off than this is wrong. Of `exact` 99.9 % are nearer than a tenth of it, and rays that graze the surface come
-/// up to it (0.8e-4 on CThead): it is what float32 leaves.
+/// up to it (0.94e-4 on CThead): it is what float32 leaves.
 pub const WRONG_VOXEL: f64 = 1e-4;
 
 /// What a point is charted by.

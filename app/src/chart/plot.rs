@@ -186,7 +186,8 @@ fn marker<DB: DrawingBackend>(
     root.draw(&Rectangle::new([(x - r, y - r), (x + r, y + r)], color.stroke_width(2 * scale as u32)))
 }
 
-/// Upper left corners of the names of points, so that no name covers another one or a point, and none leaves the panel: the nearest free place of a few around each point.
+/// Upper left corners of the names of points, so that no name covers another one or a point, and none leaves the panel: the nearest free
+/// place of a few around each point.
 fn labels(texts: &[String], points: &[(i32, i32)], [(left, top), (right, bottom)]: [(i32, i32); 2], scale: i32) -> Vec<(i32, i32)> {
     let (height, r) = (16 * scale, 7 * scale);
     // Boxes are x, y, width, height.

@@ -108,7 +108,7 @@ impl Row {
         }
     }
 
-    /// Whether anything is wrong, or an error of 1e-3 voxel not rare.
+    /// Whether anything is wrong, an error of 1e-3 voxel not rare, or one of a voxel there.
     pub fn fails(&self) -> bool {
         self.loses() || self.is_off() || self.miscounts() || self.tears()
     }
@@ -119,7 +119,7 @@ impl Row {
     }
 
     fn is_off(&self) -> bool {
-        self.error_voxel.is_some_and(|e| e.p999 > DECIDED_VOXEL)
+        self.error_voxel.is_some_and(|e| e.p999 > DECIDED_VOXEL || e.max > 1.0)
     }
 
     fn miscounts(&self) -> bool {
