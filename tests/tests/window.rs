@@ -280,6 +280,16 @@ fn keys_and_mouse_move_the_view_as_in_slicer() {
     std::fs::remove_file(&file).unwrap();
 }
 
+/// The middle of what has a colour in the upper part of the window, where no row of the chart's table is.
+fn marker(window: &mut Window, color: [u8; 3]) -> Pos2 {
+    let shot = window.render().expect("the window is drawn by wgpu");
+    let found: Vec<(u32, u32)> =
+        shot.enumerate_pixels().filter(|(_, y, p)| *y < 560 && p.0[..3] == color).map(|(x, y, _)| (x, y)).collect();
+    assert!(found.len() > 20, "no marker of {color:?}: {} pixels", found.len());
+    let mean = |v: fn(&(u32, u32)) -> u32| found.iter().map(v).sum::<u32>() as f32 / found.len() as f32;
+    Pos2::new(mean(|p| p.0), mean(|p| p.1))
+}
+
 #[test]
 fn the_chart_is_measured_on_the_open_view_and_its_points_switch_the_picture() {
     // Fails if the chart cannot be measured or cancelled from the window, if a clicked point neither draws by its solver nor shows its
@@ -315,6 +325,14 @@ fn the_chart_is_measured_on_the_open_view_and_its_points_switch_the_picture() {
     window.get_by_label_contains("which is not exact");
     window.get_by_label("Error picture");
     screenshot(&mut window, "chart.png");
+    // A click on a point of the plot does the same: of exact's row first, then on the only marker of linear's colour.
+    window.get_by_label("exact on CPU").click();
+    window.run_steps(3);
+    assert_eq!(window.state().charted().unwrap().solver.to_string(), "exact");
+    let marker = marker(&mut window, [230, 159, 0]);
+    click(&mut window, marker);
+    window.run_steps(2);
+    assert_eq!(window.state().charted().unwrap().solver.to_string(), "linear");
     menu(&mut window, "Draw by the exact solver");
     settle(&mut window);
     assert_eq!(changed(&exact, &pixels(&window)), 0);
