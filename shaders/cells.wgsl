@@ -21,16 +21,14 @@ fn walk_brick(pace: Pace, at: InBrick) -> Hit {
             let q = point(pace, at, t_next, cell, axis, cell + ahead);
             let start = p - vec3<f32>(cell);
             let end = q - vec3<f32>(cell);
-            if any(lower >= vec4<f32>(0.0)) || any(upper >= vec4<f32>(0.0)) {
-                let u = first_entry(lower, upper, start, end);
-                if u >= 0.0 {
-                    var met = MET_ISOSURFACE;
-                    if u == 0.0 && all(cell == first) {
-                        met = met_at_entry(pace, at);
-                    }
-                    let face = select(vec3<f32>(0.0), -sign(pace.direction), at.entry);
-                    return Hit(at.s + t + u * (t_next - t), at.corner + cell, start * (1.0 - u) + end * u, met, face);
+            let u = first_entry(lower, upper, start, end);
+            if u >= 0.0 {
+                var met = MET_ISOSURFACE;
+                if u == 0.0 && all(cell == first) {
+                    met = met_at_entry(pace, at);
                 }
+                let face = select(vec3<f32>(0.0), -sign(pace.direction), at.entry);
+                return Hit(at.s + t + u * (t_next - t), at.corner + cell, start * (1.0 - u) + end * u, met, face);
             }
         }
         cell = select(cell, cell + step, axis);

@@ -17,6 +17,9 @@ pub const TANGENT: [u8; 3] = [120, 120, 120];
 /// Nothing there.
 const NOTHING: [u8; 3] = [24, 26, 30];
 
+/// What is marked instead of coloured, for legends.
+pub const MARKS: [([u8; 3], &str); 3] = [(MISSED, "missed"), (FALSE, "false hit"), (TANGENT, "tangent")];
+
 /// The colour of an error in voxels.
 pub fn color(voxel: f64) -> [u8; 3] {
     let [low, high] = SCALE_VOXEL.map(f64::log10);
@@ -66,9 +69,7 @@ pub fn figure(pixels: &[[u8; 3]], width: u32, title: &str) -> Result<(Vec<u8>, u
             let value = SCALE_VOXEL[1].log10().round() as i32 - n;
             area.draw(&Text::new(if value == 0 { "1 and more".into() } else { format!("1e{value}") }, (x + 30, y - 8), font(14)))?;
         }
-        for (n, ([r, g, b], name)) in
-            [(MISSED, "missed"), (FALSE, "false hit"), (TANGENT, "tangent"), (NOTHING, "nothing there")].into_iter().enumerate()
-        {
+        for (n, ([r, g, b], name)) in MARKS.into_iter().chain([(NOTHING, "nothing there")]).enumerate() {
             let y = top + bar + 22 + 22 * n as i32;
             area.draw(&Rectangle::new([(x, y), (x + 14, y + 14)], RGBColor(r, g, b).filled()))?;
             area.draw(&Rectangle::new([(x, y), (x + 14, y + 14)], BLACK.stroke_width(1)))?;

@@ -87,11 +87,12 @@ fn percent(part: u64, whole: u64) -> f64 {
 pub const WRONG_VOXEL: f64 = 1e-4;
 
 /// What a point is charted by.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Measure {
     /// [`Point::wrong_percent`].
     Wrong,
     /// 99.9th percentile of the depth error, voxels.
+    #[default]
     Depth,
 }
 

@@ -165,7 +165,7 @@ where
 }
 
 /// 1, 2 and 5 times the powers of ten between two values: decades alone are too few on an axis of times.
-fn ticks(low: f64, high: f64) -> Vec<f64> {
+pub fn ticks(low: f64, high: f64) -> Vec<f64> {
     let decades = low.log10().floor() as i32..=high.log10().ceil() as i32;
     decades.flat_map(|n| [1.0, 2.0, 5.0].map(|m| m * 10f64.powi(n))).filter(|t| (low..=high).contains(t)).collect()
 }

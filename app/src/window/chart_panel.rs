@@ -2,6 +2,7 @@
 
 use super::history::Work;
 use super::job::Job;
+use super::same_scans;
 use crate::chart::{Chart, Measure, Plan, Point, errors, plot};
 use bregma_renderer::{CpuRenderer, GpuRenderer, Renderer, Solver};
 use bregma_volume::Volume;
@@ -18,7 +19,7 @@ pub struct ChartPanel {
     pub open: bool,
     job: Option<Job<Chart>>,
     chart: Option<Chart>,
-    measure: Option<Measure>,
+    measure: Measure,
     /// Number of the point whose errors are shown, and they.
     selected: Option<(usize, TextureHandle)>,
     /// The scans that all this is of.
@@ -43,8 +44,7 @@ impl ChartPanel {
 
     /// Takes what the thread brought, and forgets what is of other scans than `volumes`; `Err` is a sentence for the person.
     pub fn poll(&mut self, volumes: &[Arc<Volume>]) -> Result<(), String> {
-        let same = self.volumes.len() == volumes.len() && self.volumes.iter().zip(volumes).all(|(a, b)| Arc::ptr_eq(a, b));
-        if !same {
+        if !same_scans(&self.volumes, volumes) {
             (self.job, self.chart, self.selected, self.volumes) = (None, None, None, volumes.to_vec());
         }
         let Some(result) = self.job.as_ref().and_then(Job::poll) else { return Ok(()) };
@@ -81,18 +81,16 @@ impl ChartPanel {
         }
         let Some(chart) = self.chart.take() else { return };
         let mut clicked = None;
-        let mut measure = self.measure.unwrap_or(Measure::Depth);
         ui.horizontal(|ui| {
-            ui.radio_value(&mut measure, Measure::Depth, "Depth error");
-            ui.radio_value(&mut measure, Measure::Wrong, "Wrong rays")
+            ui.radio_value(&mut self.measure, Measure::Depth, "Depth error");
+            ui.radio_value(&mut self.measure, Measure::Wrong, "Wrong rays")
                 .on_hover_text("Missed, false, or more than a ten-thousandth of a voxel off");
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 let [w, h] = chart.size;
                 ui.weak(format!("{}, {w}×{h} pixels", chart.scans));
             });
         });
-        self.measure = Some(measure);
-        let selected = self.selected.as_ref().map(|s| s.0);
+        let (measure, selected) = (self.measure, self.selected.as_ref().map(|s| s.0));
         ui.horizontal_top(|ui| {
             let errors_width = if self.selected.is_some() { 330.0 } else { 0.0 };
             let plot_size = egui::vec2((ui.available_width() - errors_width).max(240.0), (ui.available_height() * 0.6).max(220.0));
@@ -135,13 +133,14 @@ fn color(solver: Solver) -> Color32 {
     if solver == Solver::Exact { Color32::WHITE } else { Color32::from_rgb(r, g, b) }
 }
 
-/// Decades, and 2 and 5 between them, within what is shown.
-fn decades(input: GridInput) -> Vec<GridMark> {
-    let (low, high) = input.bounds;
-    let marks = |n: i32| {
-        [(1.0, 1.0), (2.0, 0.3), (5.0, 0.3)].map(|(m, step_size): (f64, f64)| GridMark { value: f64::from(n) + m.log10(), step_size })
+/// The ticks of the figure on an axis of logarithms, decades stronger.
+fn marks(input: GridInput) -> Vec<GridMark> {
+    let mark = |tick: f64| {
+        let value = tick.log10();
+        // A decade's logarithm is whole but for rounding.
+        GridMark { value, step_size: if (value - value.round()).abs() < 1e-9 { 1.0 } else { 0.3 } }
     };
-    (low.floor() as i32..=high.ceil() as i32).flat_map(marks).filter(|mark| (low..=high).contains(&mark.value)).collect()
+    plot::ticks(10f64.powf(input.bounds.0), 10f64.powf(input.bounds.1)).into_iter().map(mark).collect()
 }
 
 fn power(log10: f64) -> String {
@@ -157,8 +156,8 @@ fn draw(ui: &mut Ui, chart: &Chart, measure: Measure, selected: Option<usize>) -
     let shown = Plot::new("chart")
         .x_axis_label("time, ns per ray")
         .y_axis_label(measure.label())
-        .x_grid_spacer(decades)
-        .y_grid_spacer(|input| decades(input).into_iter().filter(|mark| mark.step_size == 1.0).collect())
+        .x_grid_spacer(marks)
+        .y_grid_spacer(|input| marks(input).into_iter().filter(|mark| mark.step_size == 1.0).collect())
         .x_axis_formatter(|mark, _| power(mark.value))
         .y_axis_formatter(move |mark, _| if zero && mark.value < low.log10() + 0.5 { "0".into() } else { power(mark.value) })
         .label_formatter(|hover| match hover {
@@ -169,15 +168,16 @@ fn draw(ui: &mut Ui, chart: &Chart, measure: Measure, selected: Option<usize>) -
         .grid_color(Color32::from_gray(70))
         .set_margin_fraction(egui::vec2(0.1, 0.1))
         .show(ui, |ui| {
-            for backend in chart.backends() {
-                let front: Vec<[f64; 2]> = chart.front(backend, measure).into_iter().map(place).collect();
-                ui.line(Line::new("", front).color(Color32::from_gray(120)).allow_hover(false));
+            let fronts: Vec<Vec<&Point>> = chart.backends().into_iter().map(|b| chart.front(b, measure)).collect();
+            for front in &fronts {
+                let places: Vec<[f64; 2]> = front.iter().map(|p| place(p)).collect();
+                ui.line(Line::new("", places).color(Color32::from_gray(120)).allow_hover(false));
             }
             for (n, p) in chart.points.iter().enumerate() {
                 let shape = if p.backend == "cpu" { MarkerShape::Circle } else { MarkerShape::Square };
                 let radius = if selected == Some(n) { 7.0 } else { 4.5 };
                 ui.points(Points::new(name(p), place(p)).shape(shape).color(color(p.solver)).radius(radius).id(n));
-                let on_front = chart.backends().iter().any(|b| chart.front(b, measure).iter().any(|q| std::ptr::eq(*q, p)));
+                let on_front = fronts.iter().flatten().any(|q| std::ptr::eq(*q, p));
                 if on_front || selected == Some(n) {
                     let [x, y] = place(p);
                     let text = RichText::new(format!("  {}", p.solver)).size(12.0);
@@ -257,7 +257,7 @@ fn error_picture(ui: &mut Ui, texture: &TextureHandle, point: &Point) {
         ui.weak(format!(" {} voxel", power(high)));
     });
     ui.horizontal(|ui| {
-        for ([r, g, b], text) in [(errors::MISSED, "missed"), (errors::FALSE, "false hit"), (errors::TANGENT, "tangent")] {
+        for ([r, g, b], text) in errors::MARKS {
             let (rect, _) = ui.allocate_exact_size(egui::vec2(12.0, 12.0), Sense::hover());
             ui.painter().rect_filled(rect, 2.0, Color32::from_rgb(r, g, b));
             ui.weak(text);

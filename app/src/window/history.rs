@@ -1,8 +1,8 @@
 //! Undo and redo: a stack of what the person made, without the camera.
 
+use super::same_scans;
 use crate::input::Opened;
 use bregma_renderer::Ray;
-use std::sync::Arc;
 
 /// What the person works on.
 #[derive(Clone, Debug)]
@@ -17,8 +17,7 @@ impl Work {
     /// Equal but for the camera.
     fn same(&self, other: &Self) -> bool {
         let (a, b) = (&self.opened, &other.opened);
-        a.volumes.len() == b.volumes.len()
-            && a.volumes.iter().zip(&b.volumes).all(|(a, b)| Arc::ptr_eq(a, b))
+        same_scans(&a.volumes, &b.volumes)
             && (&a.scene.layers, a.scene.mode, a.scene.background, a.scene.solver)
                 == (&b.scene.layers, b.scene.mode, b.scene.background, b.scene.solver)
             && self.ray == other.ray

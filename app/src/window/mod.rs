@@ -23,6 +23,7 @@ mod view;
 use crate::input::{Opened, Source};
 use bregma_measure::DifferenceRay;
 use bregma_renderer::{Picture, Scene, Solver};
+use bregma_volume::Volume;
 use cast::Found;
 use chart_panel::ChartPanel;
 use egui::{Align, CentralPanel, Context, Frame, Layout, Panel, Rect, Ui, ViewportCommand};
@@ -33,6 +34,7 @@ use menu::Command;
 use notices::Notices;
 use painter::Painter;
 use std::path::PathBuf;
+use std::sync::Arc;
 use view::View;
 
 /// What the window begins with.
@@ -42,6 +44,11 @@ pub enum Start {
     Demo,
     /// Scans, or one session; nothing when empty.
     Files(Vec<Source>),
+}
+
+/// Whether two lists hold the same scans, not merely equal ones.
+fn same_scans(a: &[Arc<Volume>], b: &[Arc<Volume>]) -> bool {
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| Arc::ptr_eq(a, b))
 }
 
 /// Opens the window and stays until it is closed.

@@ -1,5 +1,6 @@
 //! Drawing on a thread of its own: the newest wish wins; a moving view is drawn in fewer pixels, a resting one exactly.
 
+use super::same_scans;
 use bregma_renderer::{CpuRenderer, GpuRenderer, Picture, RenderError, Renderer, Scene};
 use bregma_volume::Volume;
 use egui::{Color32, ColorImage, Context};
@@ -16,10 +17,7 @@ struct Wish {
 
 impl Wish {
     fn same(&self, volumes: &[Arc<Volume>], scene: &Scene, size: [u32; 2]) -> bool {
-        self.size == size
-            && self.volumes.len() == volumes.len()
-            && self.volumes.iter().zip(volumes).all(|(a, b)| Arc::ptr_eq(a, b))
-            && self.scene == *scene
+        self.size == size && same_scans(&self.volumes, volumes) && self.scene == *scene
     }
 }
 

@@ -3,7 +3,7 @@
 //! The twin of `shaders/cells.wgsl`.
 
 use super::walk::{FAR, Field, Hit, InBrick, Met, Pace, WalkBrick, least};
-use crate::roots::{FirstEntry, inside};
+use crate::roots::FirstEntry;
 use bregma_volume::Sample;
 use glam::{IVec3, Vec3};
 use std::marker::PhantomData;
@@ -30,9 +30,7 @@ impl<S: FirstEntry> WalkBrick for Cells<S> {
                 let p = entry.map_or(at.p, |a: usize| point(pace, at, t, corner, a, cell[a] + 1 - ahead[a]));
                 let q = point(pace, at, t_next, corner, axis, cell[axis] + ahead[axis]);
                 let (from, to) = (p - corner.as_vec3(), q - corner.as_vec3());
-                if f.iter().any(|&v| inside(v))
-                    && let Some(u) = S::first_entry(&f, from, to)
-                {
+                if let Some(u) = S::first_entry(&f, from, to) {
                     let met = if u == 0.0 && cell == first { field.met_at_entry(pace, at) } else { Met::Isosurface };
                     return Some(Hit { s: at.s + t + u * (t_next - t), cell: at.corner + corner, local: from.lerp(to, u), met });
                 }
