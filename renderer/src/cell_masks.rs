@@ -1,12 +1,14 @@
 //! Which cells of a brick can hold the surface: one bit for each, so that a ray passes the others without reading a sample.
 
 use crate::occupancy::DistanceMap;
-use crate::roots::inside;
 use bregma_volume::{BRICK, Sample, Samples, with_samples};
 use rayon::prelude::*;
 
-/// The cells of a brick with a corner inside, a number for each layer: bit x + 8y of number z is cell (x, y, z).
-pub(crate) type Mask = [u64; BRICK];
+/// Numbers of a mask.
+pub(crate) const WORDS: usize = 2 * BRICK;
+
+/// The cells of a brick with a corner inside, two numbers for each layer: bit 64z + 8y + x of all is cell (x, y, z).
+type Mask = [u32; WORDS];
 
 /// Masks of all bricks that can hold the surface.
 #[derive(Debug)]
@@ -38,9 +40,9 @@ impl CellMasks {
         &self.slots
     }
 
-    /// All masks.
-    pub fn masks(&self) -> &[Mask] {
-        &self.masks
+    /// All masks, one behind the other.
+    pub fn words(&self) -> &[u32] {
+        self.masks.as_flattened()
     }
 
     /// Memory that they take.
@@ -53,14 +55,14 @@ impl CellMasks {
 fn mask_of<T: Sample>(samples: &[T], dims: [usize; 3], corner: [usize; 3], level: f32, sign: f32) -> Mask {
     // 9 samples along each side; less at the grid's far border, where there are no more cells either.
     let [nx, ny, nz] = std::array::from_fn(|a| (dims[a] - corner[a]).min(BRICK + 1));
-    let mut mask = [0; BRICK];
+    let mut mask = [0_u64; BRICK];
     for k in 0..nz {
         let mut layer = 0_u64;
         for j in 0..ny {
             let first = ((corner[2] + k) * dims[1] + corner[1] + j) * dims[0] + corner[0];
             let bits =
-                samples[first..first + nx].iter().rev().fold(0_u64, |bits, s| bits << 1 | u64::from(inside(sign * (s.to_f32() - level))));
-            // A sample is a corner of the cells on either side of it, along each axis.
+                samples[first..first + nx].iter().rev().fold(0_u64, |bits, s| bits << 1 | u64::from(sign * (s.to_f32() - level) >= 0.0));
+            // Ties are inside, as everywhere. A sample is a corner of the cells on either side of it, along each axis.
             let row = (bits | bits >> 1) & 0xff;
             if j < BRICK {
                 layer |= row << (8 * j);
@@ -76,7 +78,7 @@ fn mask_of<T: Sample>(samples: &[T], dims: [usize; 3], corner: [usize; 3], level
             mask[k - 1] |= layer;
         }
     }
-    mask
+    std::array::from_fn(|word| (mask[word / 2] >> (word % 2 * 32)) as u32)
 }
 
 #[cfg(test)]
@@ -99,12 +101,12 @@ mod tests {
                     let cell = [n % (dims[0] - 1), n / (dims[0] - 1) % (dims[1] - 1), n / ((dims[0] - 1) * (dims[1] - 1))];
                     let corners = (0..8).map(|c| [0, 1, 2].map(|a| cell[a] + (c >> a & 1)));
                     let any =
-                        corners.into_iter().any(|[x, y, z]| inside(sign * (f32::from(samples[(z * dims[1] + y) * dims[0] + x]) - level)));
+                        corners.into_iter().any(|[x, y, z]| sign * (f32::from(samples[(z * dims[1] + y) * dims[0] + x]) - level) >= 0.0);
                     let b = cell.map(|c| c / 8);
                     let brick = (b[2] * by + b[1]) * bx + b[0];
                     let bit = map.distances()[brick] == 0 && {
-                        let mask = masks.masks()[masks.slots()[brick] as usize];
-                        mask[cell[2] % 8] >> (cell[1] % 8 * 8 + cell[0] % 8) & 1 == 1
+                        let bit = (cell[2] % 8 * 8 + cell[1] % 8) * 8 + cell[0] % 8;
+                        masks.words()[masks.slots()[brick] as usize * WORDS + bit / 32] >> (bit % 32) & 1 == 1
                     };
                     assert_eq!(bit, any, "{dims:?} {cell:?}");
                 }

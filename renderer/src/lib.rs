@@ -10,6 +10,7 @@ mod cpu;
 mod frame;
 #[cfg(feature = "gpu")]
 mod gpu;
+mod lanes;
 mod occupancy;
 pub mod reference;
 mod roots;

@@ -2,64 +2,95 @@
 //!
 //! The twin of `shaders/cells.wgsl`.
 
-use super::walk::{FAR, Field, Hit, InBrick, Met, Pace, WalkBrick, least};
-use crate::roots::FirstEntry;
-use bregma_volume::Sample;
-use glam::{IVec3, Vec3};
-use std::marker::PhantomData;
+use super::walk::{FAR, Field, Hits, InBrick, Met, Method, Pace, least};
+use crate::lanes::{Floats, Ints, Mask, Vecs, axes, lerp};
+use crate::roots::{self, Entry};
+use fearless_simd::Simd;
+use fearless_simd::prelude::*;
+use std::hint::black_box;
 
-pub(crate) struct Cells<S>(PhantomData<S>);
-
-impl<S: FirstEntry> WalkBrick for Cells<S> {
-    #[inline(always)]
-    fn walk<T: Sample>(field: &Field<'_, T>, pace: &Pace, at: &InBrick<'_>) -> Option<Hit> {
-        let mut cell = first_cell(pace, at);
-        let first = cell;
-        let origin = at.origin.to_array();
-        let (ahead, step) = (pace.forward.map(i32::from), pace.forward.map(|f| if f { 1 } else { -1 }));
-        let to_face = |a: usize, cell: i32| pace.to_plane(a, (cell + ahead[a]) as f32, origin[a], FAR);
-        let mut t_faces: [f32; 3] = std::array::from_fn(|a| to_face(a, cell[a]));
-        let (mut t, mut entry) = (at.t, None);
+/// The first entries into the bone within bricks.
+#[inline(always)]
+pub(super) fn walk<S: Simd>(simd: S, field: &Field<'_>, method: Method, pace: &Pace<S>, at: &InBrick<S>) -> Hits<S> {
+    let (zero, one, none) = (Floats::splat(simd, 0.0), Floats::splat(simd, 1.0), Mask::splat(simd, false));
+    let mut cell = first_cell(pace, at);
+    let first = cell;
+    let ahead = axes!(a => pace.forward[a].select(one, zero));
+    let step = axes!(a => pace.forward[a].select(one, -one));
+    // Where a ray is that has left the brick.
+    let beyond = axes!(a => pace.forward[a].select(at.size[a], -one));
+    let (mut t, mut entry) = (at.t, [none; 3]);
+    let mut hits = Hits::none(simd);
+    let mut walking = at.rays;
+    let mut solved = none;
+    while walking.any_true() {
+        // Step until each ray is in a cell that can hold the surface, and has not been looked at.
+        let mut stepping = walking;
         loop {
-            let axis = least(&t_faces);
-            let t_next = t_faces[axis].max(t);
-            if at.may_hold(cell) {
-                let corner = IVec3::from_array(cell);
-                let f = field.corners(at.corner + corner);
-                // Where it enters is where it left the cell before, the same number.
-                let p = entry.map_or(at.p, |a: usize| point(pace, at, t, corner, a, cell[a] + 1 - ahead[a]));
-                let q = point(pace, at, t_next, corner, axis, cell[axis] + ahead[axis]);
-                let (from, to) = (p - corner.as_vec3(), q - corner.as_vec3());
-                if let Some(u) = S::first_entry(&f, from, to) {
-                    let met = if u == 0.0 && cell == first { field.met_at_entry(pace, at) } else { Met::Isosurface };
-                    return Some(Hit { s: at.s + t + u * (t_next - t), cell: at.corner + corner, local: from.lerp(to, u), met });
-                }
+            let ready = field.may_hold(simd, at, &cell, stepping & !solved);
+            stepping &= !ready;
+            if !stepping.any_true() {
+                break;
             }
-            cell[axis] += step[axis];
-            if cell[axis] < 0 || cell[axis] >= at.size[axis] || at.s + t_next > at.s_max {
-                return None;
-            }
-            t_faces[axis] = to_face(axis, cell[axis]);
-            (t, entry) = (t_next, Some(axis));
+            solved &= !stepping;
+            let (t_next, axis) = leave(pace, at, &axes!(a => cell[a] + ahead[a]), t);
+            cell = axes!(a => (stepping & axis[a]).select(cell[a] + step[a], cell[a]));
+            t = stepping.select(t_next, t);
+            entry = axes!(a => (entry[a] & !stepping) | (axis[a] & stepping));
+            let left = cell[0].simd_eq(beyond[0]) | cell[1].simd_eq(beyond[1]) | cell[2].simd_eq(beyond[2]);
+            let gone = stepping & (left | (at.s + t).simd_gt(at.s_max));
+            walking &= !gone;
+            stepping &= !gone;
         }
+        if !walking.any_true() {
+            break;
+        }
+        let (t_next, axis) = leave(pace, at, &axes!(a => cell[a] + ahead[a]), t);
+        let corner = axes!(a => at.corner[a] + cell[a].to_int::<Ints<S>>());
+        let f = field.corners(simd, &corner, walking);
+        // Where it enters is where it left the cell before, the same number.
+        let p = axes!(a => (entry[0] | entry[1] | entry[2]).select(point(pace, at, t, &cell, a, entry[a], 1.0 - ahead[a]), at.p[a]));
+        let q = axes!(a => point(pace, at, t_next, &cell, a, axis[a], ahead[a]));
+        let (from, to) = (axes!(a => p[a] - cell[a]), axes!(a => q[a] - cell[a]));
+        let Entry { found, u } = match method {
+            Method::Solver(solver) => roots::first_entry(simd, solver, &f, &from, &to, walking),
+            Method::Unsolved => {
+                black_box(&f);
+                Entry { found: none, u: zero }
+            }
+        };
+        if found.any_true() {
+            let at_entry = found & u.simd_eq(zero) & (cell[0].simd_eq(first[0]) & cell[1].simd_eq(first[1]) & cell[2].simd_eq(first[2]));
+            let met = if at_entry.any_true() { field.met_at_entry(simd, pace, at).only(at_entry) } else { Met::isosurface(simd) };
+            hits.add(&Hits { found, s: at.s + t + u * (t_next - t), cell: corner, local: lerp(&from, &to, u), met });
+            walking &= !found;
+        }
+        solved = walking;
     }
+    hits
 }
 
-/// The cell that a ray is in behind its entry into a brick.
+/// The cells that rays are in behind their entry into a brick.
 #[inline(always)]
-fn first_cell(pace: &Pace, at: &InBrick<'_>) -> [i32; 3] {
-    let (p, cell) = (at.p.to_array(), at.p.as_ivec3().to_array());
-    std::array::from_fn(|a| {
+fn first_cell<S: Simd>(pace: &Pace<S>, at: &InBrick<S>) -> Vecs<S> {
+    axes!(a => {
+        let cell = at.p[a].floor();
         // On a face and moving down, the ray is in the cell below.
-        let below = i32::from(!pace.forward[a] && pace.moves[a] && p[a] == cell[a] as f32);
-        (cell[a] - below).clamp(0, at.size[a] - 1)
+        let below = !pace.forward[a] & pace.moves[a] & at.p[a].simd_eq(cell);
+        below.select(cell - 1.0, cell).max(0.0).min(at.size[a] - 1.0)
     })
 }
 
-/// Where the ray is at t, on the face of a cell across `axis`.
+/// Where rays leave cells, of which `far` are the faces ahead, and across which axis; never before `t`.
 #[inline(always)]
-fn point(pace: &Pace, at: &InBrick<'_>, t: f32, cell: IVec3, axis: usize, face: i32) -> Vec3 {
-    let mut p = (at.origin + t * pace.direction).clamp(cell.as_vec3(), (cell + 1).as_vec3());
-    p[axis] = face as f32;
-    p
+fn leave<S: Simd>(pace: &Pace<S>, at: &InBrick<S>, far: &Vecs<S>, t: Floats<S>) -> (Floats<S>, [Mask<S>; 3]) {
+    let t_faces = axes!(a => pace.to_plane(a, far[a], at.origin[a], FAR));
+    let (t_least, axis) = least(&t_faces);
+    (t_least.max(t), axis)
+}
+
+/// A coordinate of where the ray is at t, on the face of a cell across `axis`.
+#[inline(always)]
+fn point<S: Simd>(pace: &Pace<S>, at: &InBrick<S>, t: Floats<S>, cell: &Vecs<S>, a: usize, is_axis: Mask<S>, face: Floats<S>) -> Floats<S> {
+    is_axis.select(cell[a] + face, (at.origin[a] + t * pace.direction[a]).max(cell[a]).min(cell[a] + 1.0))
 }

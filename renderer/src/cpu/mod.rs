@@ -1,63 +1,70 @@
-//! The CPU renderer: the same algorithm as the GPU's, on all cores.
+//! The CPU renderer: the same algorithm as the GPU's, on all cores and for sixteen rays at once.
 
 mod cells;
+mod fetch;
 mod segments;
 mod shade;
 mod split;
 mod steps;
 mod walk;
 
+use crate::camera::PixelAffine;
 use crate::frame::{Frame, FrameLayer};
-use crate::roots::{Analytic, Exact, Linear, Marmitt, Neubauer, PerVoxel, Solver, Steps};
+use crate::lanes::{Doubles, Floats, LANES, Mask, Vecs, axes, dot, numbers};
+use crate::roots::Solver;
 use crate::scene::{Picture, Scene};
 use crate::spans::BLOCK;
 use crate::{RenderError, Renderer, Split};
-use bregma_volume::{Sample, Volume, with_samples};
-use cells::Cells;
+use bregma_volume::Volume;
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, Simd, dispatch};
+use fetch::Source;
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 use shade::{Shaded, combine, encode, phong};
 use std::sync::Arc;
-use steps::FixedSteps;
-use walk::{Field, Hit, Line, Met, WalkBrick};
-
-/// Runs `$body` with `$w` bound to the walk that is compiled for a solver.
-macro_rules! with_walk {
-    ($solver:expr, $w:ident => $body:expr) => {
-        with_walk!(@match $solver, $w, $body,
-            (Solver::Exact, Cells<Exact>),
-            (Solver::Linear, Cells<Linear>),
-            (Solver::Neubauer(Steps::Two), Cells<Neubauer<2>>),
-            (Solver::Neubauer(Steps::Three), Cells<Neubauer<3>>),
-            (Solver::Neubauer(Steps::Four), Cells<Neubauer<4>>),
-            (Solver::Marmitt(Steps::Two), Cells<Marmitt<2>>),
-            (Solver::Marmitt(Steps::Three), Cells<Marmitt<3>>),
-            (Solver::Marmitt(Steps::Four), Cells<Marmitt<4>>),
-            (Solver::Analytic, Cells<Analytic>),
-            (Solver::Step(PerVoxel::One), FixedSteps<1>),
-            (Solver::Step(PerVoxel::Two), FixedSteps<2>),
-            (Solver::Step(PerVoxel::Four), FixedSteps<4>),
-            (Solver::Step(PerVoxel::Eight), FixedSteps<8>)
-        )
-    };
-    (@match $solver:expr, $w:ident, $body:expr, $(($pattern:pat, $walk:ty)),*) => {
-        match $solver {
-            $($pattern => { type $w = $walk; $body })*
-            Solver::Filter => return Err(RenderError::NeedsGpu(Solver::Filter)),
-        }
-    };
-}
-use with_walk;
+use walk::{Field, Hits, Lines, Method};
 
 /// Draws on the CPU. Keeps what stays valid between frames: the distance maps of the surfaces drawn last.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct CpuRenderer {
     maps: crate::frame::MapCache,
+    level: Level,
+}
+
+impl Default for CpuRenderer {
+    fn default() -> Self {
+        Self::with_instructions(Level::new())
+    }
+}
+
+impl CpuRenderer {
+    /// A renderer that uses a set of vector instructions, one of [`CpuRenderer::instruction_sets`].
+    pub fn with_instructions(level: Level) -> Self {
+        Self { maps: Default::default(), level }
+    }
+
+    /// The sets of vector instructions that this machine has, the best one first.
+    pub fn instruction_sets() -> Vec<Level> {
+        let best = Level::new();
+        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        let lesser = [best.as_avx2().map(Level::Avx2), best.as_sse4_2().map(Level::Sse4_2), best.as_sse2().map(Level::Sse2)];
+        #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
+        let lesser: [Option<Level>; 0] = [];
+        let mut sets = vec![best];
+        sets.extend(lesser.into_iter().flatten().filter(|set| name_of(*set) != name_of(best)));
+        sets
+    }
+}
+
+/// The name of a set of vector instructions, without what its token says beside it.
+fn name_of(level: Level) -> String {
+    format!("{level:?}").chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>().to_lowercase()
 }
 
 impl Renderer for CpuRenderer {
     fn name(&self) -> String {
-        format!("cpu, {} threads", rayon::current_num_threads())
+        format!("cpu, {} threads, {}", rayon::current_num_threads(), name_of(self.level))
     }
 
     fn backend(&self) -> &'static str {
@@ -70,7 +77,7 @@ impl Renderer for CpuRenderer {
 
     fn render(&mut self, volumes: &[Arc<Volume>], scene: &Scene, width: u32, height: u32) -> Result<Picture, RenderError> {
         let frame = Frame::new(&mut self.maps, volumes, scene, width, height)?;
-        draw(&frame, scene, width, height)
+        draw(self.level, &frame, scene, width, height)
     }
 
     fn bytes(&self) -> usize {
@@ -79,114 +86,174 @@ impl Renderer for CpuRenderer {
 
     fn split(&mut self, volumes: &[Arc<Volume>], scene: &Scene, width: u32, height: u32) -> Result<Split, RenderError> {
         let frame = Frame::new(&mut self.maps, volumes, scene, width, height)?;
-        split::split(&frame, scene, width, height)
+        split::split(self.level, &frame, scene, width, height)
     }
 }
 
 /// Draws band by band, of one row of blocks each, and in a band block by block: rays of one block touch the same bricks.
-fn draw(frame: &Frame, scene: &Scene, width: u32, height: u32) -> Result<Picture, RenderError> {
+fn draw(level: Level, frame: &Frame, scene: &Scene, width: u32, height: u32) -> Result<Picture, RenderError> {
+    if !scene.solver.on_cpu() {
+        return Err(RenderError::NeedsGpu(scene.solver));
+    }
     let count = width as usize * height as usize;
     let background = encode(Vec4::ZERO, frame.background);
     let mut picture = Picture { width, height, rgba: vec![background; count], depth_mm: vec![f32::NAN; count], volume_id: vec![0; count] };
     let band = BLOCK as usize * width as usize;
     let pixels = (picture.rgba.par_chunks_mut(band), picture.depth_mm.par_chunks_mut(band), picture.volume_id.par_chunks_mut(band));
-    pixels.into_par_iter().enumerate().try_for_each(|(row, (rgba, depth_mm, volume_id))| {
-        // One slot for the nearest hit, or one for each layer.
-        let slots = if frame.only_nearest { 1 } else { frame.layers.len() };
-        let mut hits = vec![None; slots * BLOCK_PIXELS];
-        let rows = (rgba.len() / width as usize) as u32;
-        for x0 in (0..width).step_by(BLOCK as usize) {
-            let block = Block { x0, y0: row as u32 * BLOCK, width: BLOCK.min(width - x0), height: rows };
-            if !trace_block(frame, scene, &block, &mut hits)? {
-                continue;
-            }
-            for (n, x, y) in block.pixels() {
-                let (color, first) = combine(scene.mode, hits[n..].iter().step_by(BLOCK_PIXELS).flatten());
-                if let Some(first) = first {
-                    let at = (y - block.y0) as usize * width as usize + x as usize;
-                    rgba[at] = encode(color, frame.background);
-                    depth_mm[at] = frame.depth_mm(x, y, first.s);
-                    volume_id[at] = first.layer as u8 + 1;
-                }
-            }
-        }
-        Ok::<(), RenderError>(())
-    })?;
+    pixels.into_par_iter().enumerate().for_each(|(row, (rgba, depth_mm, volume_id))| {
+        let band = Band { width, y0: row as u32 * BLOCK, rgba, depth_mm, volume_id };
+        dispatch!(level, simd => draw_band(simd, frame, scene, band));
+    });
     Ok(picture)
 }
 
-const BLOCK_PIXELS: usize = (BLOCK * BLOCK) as usize;
+/// A row of blocks of the picture.
+struct Band<'a> {
+    width: u32,
+    y0: u32,
+    rgba: &'a mut [[u8; 4]],
+    depth_mm: &'a mut [f32],
+    volume_id: &'a mut [u8],
+}
 
-/// Some pixels that lie together.
-struct Block {
+#[inline(always)]
+fn draw_band<S: Simd>(simd: S, frame: &Frame, scene: &Scene, band: Band<'_>) {
+    let Band { width, y0, rgba, depth_mm, volume_id } = band;
+    let height = rgba.len() as u32 / width;
+    let mut hits = vec![];
+    for packet in packets(width, height) {
+        let (x, y, pixels) = packet.pixels(simd, y0);
+        hits.clear();
+        for layer in &frame.layers {
+            trace(simd, frame, scene, layer, layer.spans.at(packet.x0, y0), &x, &y, pixels, &mut hits);
+        }
+        let combined = combine(simd, scene.mode, &hits);
+        if !combined.found.any_true() {
+            continue;
+        }
+        let world = vectors(simd, &frame.world_rays.direction, &x, &y);
+        let length = (world[0] * world[0] + world[1] * world[1] + world[2] * world[2]).sqrt();
+        let depth = ((Doubles::splat(simd, frame.base_mm) + Doubles::of(combined.s)) * length).to_floats();
+        for lane in numbers(combined.found) {
+            let at = packet.index(lane, width);
+            let color = Vec3::from_array(axes!(a => combined.color[a][lane]));
+            rgba[at] = encode(color.extend(1.0), frame.background);
+            depth_mm[at] = depth[lane];
+            volume_id[at] = combined.id[lane] as u8;
+        }
+    }
+}
+
+/// Pixels across and down a packet.
+const SIDE: u32 = 4;
+
+/// Sixteen pixels of a band that lie together; some may lie outside.
+#[derive(Clone, Copy)]
+struct Packet {
     x0: u32,
+    /// In the band.
     y0: u32,
     width: u32,
     height: u32,
 }
 
-impl Block {
-    /// Number of each pixel in the block, and its place in the picture.
-    fn pixels(&self) -> impl Iterator<Item = (usize, u32, u32)> + use<'_> {
-        let place = |n| (n as usize, self.x0 + n % self.width, self.y0 + n / self.width);
-        (0..self.width * self.height).map(place)
+/// The packets of a band, block by block.
+fn packets(width: u32, height: u32) -> impl Iterator<Item = Packet> {
+    let block = |x: u32| (0..BLOCK * BLOCK / LANES as u32).map(move |n| [x + n % 2 * SIDE, n / 2 * SIDE]);
+    let corners = (0..width).step_by(BLOCK as usize).flat_map(block).filter(move |[x, y]| *x < width && *y < height);
+    corners.map(move |[x0, y0]| Packet { x0, y0, width: SIDE.min(width - x0), height: SIDE.min(height - y0) })
+}
+
+impl Packet {
+    /// Columns and rows of the picture of its pixels, of which its lanes outside have none; the band begins at row `y0`.
+    #[inline(always)]
+    fn pixels<S: Simd>(&self, simd: S, y0: u32) -> (Doubles<S>, Doubles<S>, Mask<S>) {
+        let (mut x, mut y, mut bits) = ([0.0; LANES], [0.0; LANES], 0);
+        for lane in 0..LANES as u32 {
+            let [dx, dy] = [lane % SIDE, lane / SIDE];
+            (x[lane as usize], y[lane as usize]) = ((self.x0 + dx) as f32, (y0 + self.y0 + dy) as f32);
+            bits |= u64::from(dx < self.width && dy < self.height) << lane;
+        }
+        let doubles = |v| Doubles::of(Floats::load_array(simd, v));
+        (doubles(x), doubles(y), Mask::from_bitmask(simd, bits))
+    }
+
+    /// The pixel of a lane in the band.
+    fn index(&self, lane: usize, width: u32) -> usize {
+        let lane = lane as u32;
+        ((self.y0 + lane / SIDE) * width + self.x0 + lane % SIDE) as usize
     }
 }
 
-/// One pass for each volume over a block. False when there is nothing to see.
-fn trace_block(frame: &Frame, scene: &Scene, block: &Block, hits: &mut [Option<Shaded>]) -> Result<bool, RenderError> {
-    let mut seen = false;
-    for (number, layer) in frame.layers.iter().enumerate() {
-        let span = layer.spans.at(block.x0, block.y0);
-        if span[0] > span[1] {
-            continue;
-        }
-        if !seen {
-            hits.fill(None);
-            seen = true;
-        }
-        let slot = if frame.only_nearest { 0 } else { number };
-        let hits = &mut hits[slot * BLOCK_PIXELS..][..BLOCK_PIXELS];
-        with_samples!(layer.surface.volume.samples(), samples => {
-            let dims = layer.surface.grid.dims();
-            let (level, sign) = (layer.level, layer.surface.sign);
-            let field = Field { samples: samples.as_slice(), dims, map: &layer.map, masks: &layer.masks, level, sign };
-            with_walk!(scene.solver, W => trace::<_, W>(&field, frame, scene, layer, span, block, hits));
-        });
-    }
-    Ok(seen)
+/// The values of pixels.
+#[inline(always)]
+fn vectors<S: Simd>(simd: S, of: &PixelAffine, x: &Doubles<S>, y: &Doubles<S>) -> [Doubles<S>; 3] {
+    let splat = |v| Doubles::splat(simd, v);
+    axes!(a => splat(of.base[a]) + *x * splat(of.per_x[a]) + *y * splat(of.per_y[a]))
 }
 
-fn trace<T: Sample, W: WalkBrick>(
-    field: &Field<'_, T>,
+/// The hits of one layer in a packet, shaded.
+#[inline(always)]
+#[allow(clippy::too_many_arguments)]
+fn trace<S: Simd>(
+    simd: S,
     frame: &Frame,
     scene: &Scene,
     layer: &FrameLayer,
     [s_min, s_max]: [f32; 2],
-    block: &Block,
-    hits: &mut [Option<Shaded>],
+    x: &Doubles<S>,
+    y: &Doubles<S>,
+    pixels: Mask<S>,
+    hits: &mut Vec<Shaded<S>>,
 ) {
-    for (n, x, y) in block.pixels() {
-        let line = Line { origin: layer.rays.origin.at(x, y), direction: layer.rays.direction.at(x, y) };
+    if s_min > s_max {
+        return;
+    }
+    let field = field_of(layer, Source::Samples(layer.surface.volume.samples()));
+    let lines = Lines { origin: vectors(simd, &layer.rays.origin, x, y), direction: vectors(simd, &layer.rays.direction, x, y) };
+    let mut s_far = Floats::splat(simd, s_max);
+    if frame.only_nearest {
         // What lies behind an opaque hit is not asked for.
-        let s_max = hits[n].map_or(s_max, |hit: Shaded| s_max.min(hit.s));
-        // Of two hits at one depth the first layer's is drawn.
-        let hit = field.first_hit::<W>(&line, [s_min, s_max]).filter(|hit| hits[n].is_none_or(|h| hit.s < h.s));
-        if let Some(hit) = hit {
-            let view = frame.world_rays.direction.at(x, y).normalize().as_vec3();
-            let normal = normal(field, layer, &hit, view);
-            let color = phong(&scene.light, layer.color, normal, view, frame.toward_light);
-            hits[n] = Some(Shaded { s: hit.s, layer: layer.index, color, opacity: layer.opacity });
+        for hit in hits.iter() {
+            s_far = hit.found.select(s_far.min(hit.s), s_far);
         }
+    }
+    let found = field.first_hits(simd, Method::Solver(scene.solver), &lines, Floats::splat(simd, s_min), s_far, pixels);
+    if found.found.any_true() {
+        let world = vectors(simd, &frame.world_rays.direction, x, y);
+        let view = normalized(&axes!(a => world[a].to_floats()));
+        let normal = normals(simd, &field, layer, &lines, &found, &view);
+        let color = phong(simd, &scene.light, layer.color, &normal, &view, frame.toward_light, found.found);
+        hits.push(Shaded { found: found.found, s: found.s, layer: layer.index, color, opacity: layer.opacity });
     }
 }
 
-/// Outward normal in the world, unit.
-fn normal<T: Sample>(field: &Field<'_, T>, layer: &FrameLayer, hit: &Hit, view: Vec3) -> Vec3 {
-    let index = match hit.met {
-        Met::Isosurface => -field.smooth_gradient(hit.cell, hit.local),
-        Met::Face(normal) => normal,
-        Met::Eye => return -view,
-    };
-    (layer.normal_to_world * index).try_normalize().unwrap_or(-view)
+fn field_of<'a>(layer: &'a FrameLayer, source: Source<'a>) -> Field<'a> {
+    let dims = layer.surface.grid.dims().map(|n| n as i32);
+    Field { source, dims, map: &layer.map, masks: &layer.masks, level: layer.level, sign: layer.surface.sign }
+}
+
+#[inline(always)]
+fn normalized<S: Simd>(v: &Vecs<S>) -> Vecs<S> {
+    let length = dot(v, v).sqrt();
+    axes!(a => v[a] / length)
+}
+
+/// Outward normals in the world, unit.
+#[inline(always)]
+fn normals<S: Simd>(simd: S, field: &Field<'_>, layer: &FrameLayer, lines: &Lines<S>, hits: &Hits<S>, view: &Vecs<S>) -> Vecs<S> {
+    let surface = field.outward(simd, hits);
+    // Of the box's face: against the ray.
+    let (zero, one) = (Floats::splat(simd, 0.0), Floats::splat(simd, 1.0));
+    let is_surface = hits.met.is_isosurface();
+    let index = axes!(a => {
+        let face = hits.met.face[a].select(one.copysign(-lines.direction[a].to_floats()), zero);
+        is_surface.select(surface[a], face)
+    });
+    let m = &layer.normal_to_world;
+    let world = axes!(a => m.x_axis[a] * index[0] + m.y_axis[a] * index[1] + m.z_axis[a] * index[2]);
+    let length = dot(&world, &world).sqrt();
+    // The viewer stands inside bone, or there is no gradient: seen from the front.
+    let known = length.simd_gt(zero) & !hits.met.eye;
+    axes!(a => known.select(world[a] / length, -view[a]))
 }

@@ -3,58 +3,62 @@
 //!
 //! The twin of `shaders/steps.wgsl`.
 
-use super::walk::{Field, Hit, InBrick, Met, Pace, WalkBrick};
+use super::walk::{Field, Hits, InBrick, Met, Pace};
+use crate::lanes::{Floats, Ints, Mask, Vecs, axes, dot, lerp};
 use crate::roots::{inside, trilinear};
-use bregma_volume::Sample;
-use glam::{IVec3, Vec3};
+use fearless_simd::Simd;
+use fearless_simd::prelude::*;
 
-pub(crate) struct FixedSteps<const PER_VOXEL: u32>;
-
-impl<const PER_VOXEL: u32> WalkBrick for FixedSteps<PER_VOXEL> {
-    fn walk<T: Sample>(field: &Field<'_, T>, pace: &Pace, at: &InBrick<'_>) -> Option<Hit> {
-        let step = 1.0 / (PER_VOXEL as f32 * pace.direction.length());
-        // The last sample before the brick, but not before the box or the eye, where the first sample is taken.
-        let mut n = ((at.s + at.t) / step).floor();
-        let (mut t0, mut p0) = (n * step - at.s, Vec3::ZERO);
-        if field.met_at_entry(pace, at) != Met::Isosurface || n * step < 0.0 {
-            (t0, p0) = (at.t, at.p);
-        } else {
-            p0 += at.origin + t0 * pace.direction;
+/// The first entries into the bone within bricks, as far as samples see them.
+#[inline(always)]
+pub(super) fn walk<S: Simd>(simd: S, field: &Field<'_>, per_voxel: u32, pace: &Pace<S>, at: &InBrick<S>) -> Hits<S> {
+    let step = 1.0 / (per_voxel as f32 * dot(&pace.direction, &pace.direction).sqrt());
+    // The last sample before the brick, but not before the box or the eye, where the first sample is taken.
+    let mut n = ((at.s + at.t) / step).floor();
+    let met = field.met_at_entry(simd, pace, at);
+    let at_entry = !met.is_isosurface() | (n * step).simd_lt(0.0);
+    let mut t0 = at_entry.select(at.t, n * step - at.s);
+    let mut p0 = axes!(a => at_entry.select(at.p[a], at.origin[a] + t0 * pace.direction[a]));
+    let mut f0 = value(simd, field, &at.corner, &p0, at.rays);
+    let mut hits = Hits::none(simd);
+    let begun = at.rays & inside(f0);
+    hits.add(&hit(field, at, t0, &p0, begun, met.only(begun)));
+    let mut walking = at.rays & !begun;
+    loop {
+        n = n + 1.0;
+        let t1 = n * step - at.s;
+        walking &= !(t1.simd_gt(at.t_out) | (at.s + t0).simd_gt(at.s_max));
+        if !walking.any_true() {
+            return hits;
         }
-        let mut f0 = value(field, at.corner, p0);
-        if inside(f0) {
-            return Some(hit(field, at, t0, p0, field.met_at_entry(pace, at)));
+        let p1 = axes!(a => at.origin[a] + t1 * pace.direction[a]);
+        let f1 = value(simd, field, &at.corner, &p1, walking);
+        let found = walking & inside(f1);
+        if found.any_true() {
+            let u = f0 / (f0 - f1);
+            hits.add(&hit(field, at, t0 + u * (t1 - t0), &lerp(&p0, &p1, u), found, Met::isosurface(simd)));
+            walking &= !found;
         }
-        loop {
-            n += 1.0;
-            let t1 = n * step - at.s;
-            if t1 > at.t_out || at.s + t0 > at.s_max {
-                return None;
-            }
-            let p1 = at.origin + t1 * pace.direction;
-            let f1 = value(field, at.corner, p1);
-            if inside(f1) {
-                let u = f0 / (f0 - f1);
-                return Some(hit(field, at, t0 + u * (t1 - t0), p0.lerp(p1, u), Met::Isosurface));
-            }
-            (t0, p0, f0) = (t1, p1, f1);
-        }
+        (t0, p0, f0) = (t1, p1, f1);
     }
 }
 
-/// The cell of a point, which may lie a step outside the brick, but is taken within the box.
-fn cell_of<T: Sample>(field: &Field<'_, T>, corner: IVec3, p: Vec3) -> (IVec3, Vec3) {
-    let last = IVec3::from_array(field.dims.map(|n| n as i32 - 2));
-    let cell = (corner + p.floor().as_ivec3()).clamp(IVec3::ZERO, last);
-    (cell, (p - (cell - corner).as_vec3()).clamp(Vec3::ZERO, Vec3::ONE))
+/// The cells of points, which may lie a step outside the brick, but are taken within the box.
+#[inline(always)]
+fn cell_of<S: Simd>(field: &Field<'_>, corner: &[Ints<S>; 3], p: &Vecs<S>) -> ([Ints<S>; 3], Vecs<S>) {
+    let cell = axes!(a => (corner[a] + p[a].floor().to_int::<Ints<S>>()).max(0).min(field.dims[a] - 2));
+    let local = axes!(a => (p[a] - (cell[a] - corner[a]).to_float::<Floats<S>>()).max(0.0).min(1.0));
+    (cell, local)
 }
 
-fn value<T: Sample>(field: &Field<'_, T>, corner: IVec3, p: Vec3) -> f32 {
+#[inline(always)]
+fn value<S: Simd>(simd: S, field: &Field<'_>, corner: &[Ints<S>; 3], p: &Vecs<S>, of: Mask<S>) -> Floats<S> {
     let (cell, local) = cell_of(field, corner, p);
-    trilinear(&field.corners(cell), local)
+    trilinear(&field.corners(simd, &cell, of), &local)
 }
 
-fn hit<T: Sample>(field: &Field<'_, T>, at: &InBrick<'_>, t: f32, p: Vec3, met: Met) -> Hit {
-    let (cell, local) = cell_of(field, at.corner, p);
-    Hit { s: at.s + t, cell, local, met }
+#[inline(always)]
+fn hit<S: Simd>(field: &Field<'_>, at: &InBrick<S>, t: Floats<S>, p: &Vecs<S>, found: Mask<S>, met: Met<S>) -> Hits<S> {
+    let (cell, local) = cell_of(field, &at.corner, p);
+    Hits { found, s: at.s + t, cell, local, met }
 }

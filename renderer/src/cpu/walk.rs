@@ -1,56 +1,110 @@
-//! Following a ray to its first hit: leaps between range bricks, until one may hold the surface; what is done there is
-//! `cells.rs` or `steps.rs`.
+//! Following sixteen rays to their first hits: leaps between range bricks, until each is in one that may hold the surface; what is done
+//! there is `cells.rs` or `steps.rs`.
 //!
 //! The twin of `shaders/walk.wgsl`. There, where no float64 exists, a line is a pair of float32 numbers; here it is float64.
 //! In both, positions become float32 only relative to a brick's corner, where they are good to a millionth of a voxel:
 //! a float32 position across a whole scan is not, and at grazing incidence a small error sideways is a large one in depth.
 
-use crate::cell_masks::{CellMasks, Mask};
+use super::fetch::Source;
+use super::{cells, steps};
+use crate::cell_masks::{CellMasks, WORDS};
+use crate::lanes::{Doubles, Floats, Ints, LANES, Mask, Vecs, axes, numbers};
 use crate::occupancy::DistanceMap;
-use bregma_volume::{BRICK, Sample};
-use glam::{DVec3, IVec3, Vec3};
+use crate::roots::Solver;
+use bregma_volume::BRICK;
+use fearless_simd::Simd;
+use fearless_simd::prelude::*;
 
-/// A pixel's ray in index space: `origin + s·direction`, s in mm of depth behind the picture's base plane.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Line {
-    pub origin: DVec3,
-    pub direction: DVec3,
+/// Rays of pixels in index space: `origin + s·direction`, s in mm of depth behind the picture's base plane.
+#[derive(Clone, Copy)]
+pub(crate) struct Lines<S: Simd> {
+    pub origin: [Doubles<S>; 3],
+    pub direction: [Doubles<S>; 3],
 }
 
-impl Line {
-    fn at(&self, s: f32) -> DVec3 {
-        self.origin + f64::from(s) * self.direction
+impl<S: Simd> Lines<S> {
+    #[inline(always)]
+    fn at(&self, s: Floats<S>) -> [Doubles<S>; 3] {
+        let s = Doubles::of(s);
+        axes!(a => self.origin[a] + s * self.direction[a])
     }
 }
 
-/// Where a ray first enters the bone.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Hit {
+/// Where rays first enter the bone.
+#[derive(Clone, Copy)]
+pub(crate) struct Hits<S: Simd> {
+    /// Which do.
+    pub found: Mask<S>,
     /// Depth behind the base plane, mm.
-    pub s: f32,
+    pub s: Floats<S>,
     /// The cell, by its lowest sample.
-    pub cell: IVec3,
+    pub cell: [Ints<S>; 3],
     /// Position in the cell, [0, 1]³.
-    pub local: Vec3,
+    pub local: Vecs<S>,
     /// What was met.
-    pub met: Met,
+    pub met: Met<S>,
 }
 
-/// What a ray meets at its hit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Met {
-    /// The isosurface.
-    Isosurface,
-    /// The cut face of a bone that the scan's box cuts: its outward normal in index space.
-    Face(Vec3),
+/// What rays meet at their hits: the isosurface, or one of these.
+#[derive(Clone, Copy)]
+pub(crate) struct Met<S: Simd> {
+    /// The cut face of a bone that the scan's box cuts, across an axis.
+    pub face: [Mask<S>; 3],
     /// The viewer stands inside bone.
-    Eye,
+    pub eye: Mask<S>,
+}
+
+impl<S: Simd> Met<S> {
+    #[inline(always)]
+    pub fn isosurface(simd: S) -> Self {
+        let none = Mask::splat(simd, false);
+        Self { face: [none; 3], eye: none }
+    }
+
+    #[inline(always)]
+    pub fn only(self, of: Mask<S>) -> Self {
+        Self { face: axes!(a => self.face[a] & of), eye: self.eye & of }
+    }
+
+    #[inline(always)]
+    pub fn is_isosurface(self) -> Mask<S> {
+        !(self.face[0] | self.face[1] | self.face[2] | self.eye)
+    }
+}
+
+impl<S: Simd> Hits<S> {
+    #[inline(always)]
+    pub fn none(simd: S) -> Self {
+        let (zero, none) = (Floats::splat(simd, 0.0), Mask::splat(simd, false));
+        Self { found: none, s: zero, cell: [Ints::splat(simd, 0); 3], local: [zero; 3], met: Met::isosurface(simd) }
+    }
+
+    /// Takes over those of `other`, which are none of these.
+    #[inline(always)]
+    pub fn add(&mut self, other: &Self) {
+        let new = other.found;
+        self.found |= new;
+        self.s = new.select(other.s, self.s);
+        self.cell = axes!(a => new.select(other.cell[a], self.cell[a]));
+        self.local = axes!(a => new.select(other.local[a], self.local[a]));
+        self.met.face = axes!(a => self.met.face[a] | other.met.face[a] & new);
+        self.met.eye |= other.met.eye & new;
+    }
+}
+
+/// What is done within a cell.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Method {
+    Solver(Solver),
+    /// Nothing but fetching its corners, to time that.
+    Unsolved,
 }
 
 /// One volume, ready to be walked.
-pub(crate) struct Field<'a, T> {
-    pub samples: &'a [T],
-    pub dims: [usize; 3],
+#[derive(Clone, Copy)]
+pub(crate) struct Field<'a> {
+    pub source: Source<'a>,
+    pub dims: [i32; 3],
     pub map: &'a DistanceMap,
     pub masks: &'a CellMasks,
     pub level: f32,
@@ -63,216 +117,264 @@ const STILL: f32 = 1e-12;
 /// Farther than any scene, and finite: shaders may not rely on infinities.
 pub(super) const FAR: f32 = 1e30;
 
-/// A direction with what stepping along it needs. Arrays, as components are asked for by number.
-pub(crate) struct Pace {
-    pub direction: Vec3,
-    inverse: [f32; 3],
-    /// Whether it moves along each axis, and upward.
-    pub moves: [bool; 3],
-    pub forward: [bool; 3],
+/// Directions with what stepping along them needs.
+#[derive(Clone, Copy)]
+pub(crate) struct Pace<S: Simd> {
+    pub direction: Vecs<S>,
+    inverse: Vecs<S>,
+    /// Whether they move along each axis, and upward.
+    pub moves: [Mask<S>; 3],
+    pub forward: [Mask<S>; 3],
 }
 
-impl Pace {
+impl<S: Simd> Pace<S> {
     #[inline(always)]
-    fn new(direction: Vec3) -> Self {
-        let d = direction.to_array();
-        let moves = d.map(|d| d.abs() >= STILL);
-        let inverse = std::array::from_fn(|a| if moves[a] { 1.0 / d[a] } else { 0.0 });
-        Self { direction, inverse, moves, forward: d.map(|d| d > 0.0) }
+    fn new(simd: S, direction: Vecs<S>) -> Self {
+        let zero = Floats::splat(simd, 0.0);
+        let moves = axes!(a => direction[a].abs().simd_ge(STILL));
+        let inverse = axes!(a => moves[a].select(1.0 / direction[a], zero));
+        Self { direction, inverse, moves, forward: axes!(a => direction[a].simd_gt(0.0)) }
     }
 
-    /// Distance from the coordinate `p` to `plane` along axis `a`; `other` when it is never reached.
+    /// Distances from the coordinate `p` to `plane` along axis `a`; `other` where it is never reached.
     #[inline(always)]
-    pub fn to_plane(&self, a: usize, plane: f32, p: f32, other: f32) -> f32 {
-        if self.moves[a] { (plane - p) * self.inverse[a] } else { other }
+    pub fn to_plane(&self, a: usize, plane: Floats<S>, p: Floats<S>, other: f32) -> Floats<S> {
+        self.moves[a].select((plane - p) * self.inverse[a], Floats::splat(plane.token(), other))
     }
 }
 
-/// A way to follow a ray through a brick that may hold the surface.
-pub(crate) trait WalkBrick {
-    /// The first entry into the bone within the brick.
-    fn walk<T: Sample>(field: &Field<'_, T>, pace: &Pace, at: &InBrick<'_>) -> Option<Hit>;
-}
-
-/// A ray in a brick. Positions are relative to its corner, t to s.
-pub(crate) struct InBrick<'a> {
-    pub brick: [i32; 3],
-    mask: &'a Mask,
+/// Rays in bricks. Positions are relative to the brick's corner, t to s.
+#[derive(Clone, Copy)]
+pub(crate) struct InBrick<S: Simd> {
+    /// Which rays are in one.
+    pub rays: Mask<S>,
+    pub brick: [Ints<S>; 3],
+    /// Where its mask begins.
+    mask: Ints<S>,
     /// First sample of the brick.
-    pub corner: IVec3,
+    pub corner: [Ints<S>; 3],
     /// Cells along each side.
-    pub size: [i32; 3],
+    pub size: Vecs<S>,
     /// Depth behind the base plane where t is 0, mm.
-    pub s: f32,
+    pub s: Floats<S>,
     /// Depth beyond which nothing is asked for.
-    pub s_max: f32,
+    pub s_max: Floats<S>,
     /// Position where t is 0.
-    pub origin: Vec3,
+    pub origin: Vecs<S>,
     /// Where the ray enters and leaves.
-    pub t: f32,
-    pub t_out: f32,
+    pub t: Floats<S>,
+    pub t_out: Floats<S>,
     /// Position where it enters; exact on the axis that it enters along.
-    pub p: Vec3,
-    pub entry: Option<usize>,
+    pub p: Vecs<S>,
+    pub entry: [Mask<S>; 3],
 }
 
-impl InBrick<'_> {
-    /// Whether a cell of the brick can hold the surface.
+impl<'a> Field<'a> {
+    /// The first entries into the bone along `lines`, of the rays of `asked`, for s ≥ 0 within a span, before which there is none, or at
+    /// s = 0 or the box's face where that is inside.
     #[inline(always)]
-    pub fn may_hold(&self, [x, y, z]: [i32; 3]) -> bool {
-        self.mask[z as usize] >> (8 * y + x) & 1 == 1
-    }
-}
-
-impl<'a, T: Sample> Field<'a, T> {
-    /// The first entry into the bone along `line` for s ≥ 0 within a span, before which there is none, or at s = 0 or the box's face
-    /// where that is inside.
-    pub fn first_hit<W: WalkBrick>(&self, line: &Line, [s_min, s_max]: [f32; 2]) -> Option<Hit> {
-        let pace = Pace::new(line.direction.as_vec3());
+    pub fn first_hits<S: Simd>(
+        &self,
+        simd: S,
+        method: Method,
+        lines: &Lines<S>,
+        s_min: Floats<S>,
+        s_max: Floats<S>,
+        asked: Mask<S>,
+    ) -> Hits<S> {
+        let mut hits = Hits::none(simd);
         let bricks = self.map.dims().map(|n| n as i32);
         if bricks.contains(&0) {
-            return None;
+            return hits;
         }
-        let origin = line.origin.as_vec3().to_array();
-        let (mut s, s_out) = self.clip_to_box(&origin, &pace, s_min, s_max)?;
-        let mut brick = brick_of(line.at(s));
-        for a in 0..3 {
-            brick[a] = brick[a].clamp(0, bricks[a] - 1);
-        }
-        loop {
-            let number = ((brick[2] * bricks[1] + brick[1]) * bricks[0] + brick[0]) as usize;
-            let distance = self.map.distances()[number];
-            if distance == 0
-                && let Some(at) = self.enter_brick(line, &pace, brick, number, s, s_max)
-                && let Some(hit) = W::walk(self, &pace, &at)
-            {
-                return (hit.s <= s_max).then_some(hit);
-            }
-            // Leave the block of bricks that are known to be empty, or this brick alone.
-            let reach = i32::from(distance.max(1)) - 1;
-            let s_planes: [f32; 3] = std::array::from_fn(|a| {
-                let plane = if pace.forward[a] { brick[a] + reach + 1 } else { brick[a] - reach } * BRICK as i32;
-                pace.to_plane(a, plane as f32, origin[a], FAR)
-            });
-            let axis = least(&s_planes);
-            if s_planes[axis] >= s_out {
-                return None;
-            }
-            s = s.max(s_planes[axis]);
-            // A ray never turns back: other axes stay between this brick and the block's far side.
-            let there = brick_of(line.at(s));
-            for a in 0..3 {
-                let ahead = if pace.forward[a] { reach } else { -reach };
-                let (from, to) = (brick[a].min(brick[a] + ahead), brick[a].max(brick[a] + ahead));
-                brick[a] = if a == axis { brick[a] + ahead + if pace.forward[a] { 1 } else { -1 } } else { there[a].clamp(from, to) };
-                if a == axis && !(0..bricks[a]).contains(&brick[a]) {
-                    return None;
+        let pace = Pace::new(simd, axes!(a => lines.direction[a].to_floats()));
+        let origin = axes!(a => lines.origin[a].to_floats());
+        let (mut s, s_out) = self.clip_to_box(&origin, &pace, s_min, s_max);
+        let mut walking = asked & s.simd_le(s_out);
+        let there = bricks_of(lines.at(s));
+        let mut brick = axes!(a => there[a].max(0).min(bricks[a] - 1));
+        while walking.any_true() {
+            // Leap until each ray is in a brick that may hold the surface.
+            let mut leaping = walking;
+            let mut number = Ints::splat(simd, 0);
+            let mut distance = number;
+            loop {
+                number = leaping.select((brick[2] * bricks[1] + brick[1]) * bricks[0] + brick[0], number);
+                distance = leaping.select(self.distances(simd, number, leaping), distance);
+                leaping &= distance.simd_gt(0);
+                if !leaping.any_true() {
+                    break;
                 }
-                brick[a] = brick[a].clamp(0, bricks[a] - 1);
+                let inside = self.leave(lines, &pace, &origin, s_out, &mut s, &mut brick, distance, leaping);
+                walking &= !leaping | inside;
+                leaping &= inside;
+            }
+            let at = self.enter_brick(simd, lines, &pace, &brick, number, s, s_max, walking);
+            if at.rays.any_true() {
+                let found = match method {
+                    Method::Solver(Solver::Step(steps)) => steps::walk(simd, self, steps.number(), &pace, &at),
+                    _ => cells::walk(simd, self, method, &pace, &at),
+                };
+                hits.add(&found);
+                walking &= !found.found;
+            }
+            if walking.any_true() {
+                walking &= self.leave(lines, &pace, &origin, s_out, &mut s, &mut brick, distance, walking);
             }
         }
+        hits.found &= hits.s.simd_le(s_max);
+        hits
     }
 
-    /// First and last s within the box of the interpolant, and the span that is asked for.
+    /// Takes the rays of `of` to the brick behind the block of bricks that are known to be empty, or behind their brick alone, and says
+    /// which are still in the box and the span.
     #[inline(always)]
-    fn clip_to_box(&self, origin: &[f32; 3], pace: &Pace, s_min: f32, s_max: f32) -> Option<(f32, f32)> {
-        let (mut s_in, mut s_out) = (s_min.max(0.0), s_max);
-        for a in 0..3 {
-            let last = (self.dims[a] - 1) as f32;
-            if !pace.moves[a] {
-                if origin[a] < 0.0 || origin[a] > last {
-                    return None;
-                }
-                continue;
-            }
-            let (near, far) = if pace.forward[a] { (0.0, last) } else { (last, 0.0) };
-            s_in = s_in.max(pace.to_plane(a, near, origin[a], 0.0));
-            s_out = s_out.min(pace.to_plane(a, far, origin[a], FAR));
-        }
-        (s_in <= s_out).then_some((s_in, s_out))
+    fn leave<S: Simd>(
+        &self,
+        lines: &Lines<S>,
+        pace: &Pace<S>,
+        origin: &Vecs<S>,
+        s_out: Floats<S>,
+        s: &mut Floats<S>,
+        brick: &mut [Ints<S>; 3],
+        distance: Ints<S>,
+        of: Mask<S>,
+    ) -> Mask<S> {
+        let bricks = self.map.dims().map(|n| n as i32);
+        let reach = distance.max(1) - 1;
+        let low = axes!(a => brick[a] - reach);
+        let high = axes!(a => brick[a] + reach);
+        let s_planes = axes!(a => {
+            let plane = pace.forward[a].select(high[a] + 1, low[a]) * BRICK as i32;
+            pace.to_plane(a, plane.to_float(), origin[a], FAR)
+        });
+        let (s_exit, axis) = least(&s_planes);
+        *s = of.select(s.max(s_exit), *s);
+        // A ray never turns back: other axes stay between this brick and the block's far side.
+        let there = bricks_of(lines.at(*s));
+        let next = axes!(a => {
+            let stay = there[a].max(pace.forward[a].select(brick[a], low[a])).min(pace.forward[a].select(high[a], brick[a]));
+            axis[a].select(pace.forward[a].select(high[a] + 1, low[a] - 1), stay.max(0).min(bricks[a] - 1))
+        });
+        let outside = axes!(a => next[a].simd_lt(0) | next[a].simd_ge(bricks[a]));
+        let inside = of & s_exit.simd_lt(s_out) & !(outside[0] | outside[1] | outside[2]);
+        *brick = axes!(a => inside.select(next[a], brick[a]));
+        inside
     }
 
-    /// Where the ray is within a brick, of which `s` is at or near its entry; `None` when it misses it.
     #[inline(always)]
-    fn enter_brick(&self, line: &Line, pace: &Pace, brick: [i32; 3], number: usize, s: f32, s_max: f32) -> Option<InBrick<'a>> {
-        let corner = IVec3::from_array(brick) * BRICK as i32;
-        let size: [i32; 3] = std::array::from_fn(|a| (self.dims[a] as i32 - 1 - corner[a]).min(BRICK as i32));
-        let origin = (line.at(s) - corner.as_dvec3()).as_vec3();
-        let from = origin.to_array();
+    fn distances<S: Simd>(&self, simd: S, number: Ints<S>, of: Mask<S>) -> Ints<S> {
+        let (number, mut distances) = (number.to_array(), [0; LANES]);
+        for lane in numbers(of) {
+            distances[lane] = i32::from(self.map.distances()[number[lane] as usize]);
+        }
+        Ints::load_array(simd, distances)
+    }
+
+    /// First and last s within the box of the interpolant, and the span that is asked for; the first is the larger where it is missed.
+    #[inline(always)]
+    fn clip_to_box<S: Simd>(&self, origin: &Vecs<S>, pace: &Pace<S>, s_min: Floats<S>, s_max: Floats<S>) -> (Floats<S>, Floats<S>) {
+        let simd = s_min.token();
+        let zero = Floats::splat(simd, 0.0);
+        let last = self.dims.map(|n| Floats::splat(simd, (n - 1) as f32));
+        let beside = axes!(a => !pace.moves[a] & (origin[a].simd_lt(zero) | origin[a].simd_gt(last[a])));
+        let near = axes!(a => pace.to_plane(a, pace.forward[a].select(zero, last[a]), origin[a], 0.0));
+        let far = axes!(a => pace.to_plane(a, pace.forward[a].select(last[a], zero), origin[a], FAR));
+        let s_in = s_min.max(zero).max(near[0]).max(near[1]).max(near[2]);
+        let s_out = s_max.min(far[0]).min(far[1]).min(far[2]);
+        (s_in, (beside[0] | beside[1] | beside[2]).select(Floats::splat(simd, -FAR), s_out))
+    }
+
+    /// Where the rays of `of` are within a brick, of which `s` is at or near the entry; some miss it.
+    #[inline(always)]
+    fn enter_brick<S: Simd>(
+        &self,
+        simd: S,
+        lines: &Lines<S>,
+        pace: &Pace<S>,
+        brick: &[Ints<S>; 3],
+        number: Ints<S>,
+        s: Floats<S>,
+        s_max: Floats<S>,
+        of: Mask<S>,
+    ) -> InBrick<S> {
+        let zero = Floats::splat(simd, 0.0);
+        let corner = axes!(a => brick[a] * BRICK as i32);
+        let size = axes!(a => (self.dims[a] - 1 - corner[a]).min(BRICK as i32).to_float::<Floats<S>>());
+        let from = lines.at(s);
+        let origin = axes!(a => (from[a] - Doubles::of(corner[a].to_float())).to_floats());
         // From here on t is relative to s: small numbers, small errors. Never before the eye.
-        let (mut t, mut t_out, mut entry) = (-s, FAR, None);
-        for a in 0..3 {
-            let (near, far) = if pace.forward[a] { (0, size[a]) } else { (size[a], 0) };
-            let (t_near, t_far) = (pace.to_plane(a, near as f32, from[a], -FAR), pace.to_plane(a, far as f32, from[a], FAR));
-            if t_near > t {
-                (t, entry) = (t_near, Some(a));
-            }
-            t_out = t_out.min(t_far);
+        let near = axes!(a => pace.forward[a].select(zero, size[a]));
+        let far = axes!(a => pace.to_plane(a, pace.forward[a].select(size[a], zero), origin[a], FAR));
+        let t_near = axes!(a => -pace.to_plane(a, near[a], origin[a], -FAR));
+        let (t_entry, axis) = least(&t_near);
+        let through_face = (-t_entry).simd_gt(-s);
+        let t = through_face.select(-t_entry, -s);
+        let t_out = far[0].min(far[1]).min(far[2]);
+        let entry = axes!(a => axis[a] & through_face);
+        let p = axes!(a => entry[a].select(near[a], (origin[a] + t * pace.direction[a]).max(zero).min(size[a])));
+        let mut mask = [0; LANES];
+        let rays = of & t.simd_lt(t_out);
+        let number = number.to_array();
+        for lane in numbers(rays) {
+            mask[lane] = (self.masks.slots()[number[lane] as usize] as usize * WORDS) as i32;
         }
-        if t >= t_out {
-            return None;
+        InBrick { rays, brick: *brick, mask: Ints::load_array(simd, mask), corner, size, s, s_max, origin, t, t_out, p, entry }
+    }
+
+    /// Which of the rays of `of` are in cells that can hold the surface.
+    #[inline(always)]
+    pub fn may_hold<S: Simd>(&self, simd: S, at: &InBrick<S>, cell: &Vecs<S>, of: Mask<S>) -> Mask<S> {
+        let bit = ((cell[2] * BRICK as f32 + cell[1]) * BRICK as f32 + cell[0]).to_int::<Ints<S>>();
+        let (word, mut words) = ((at.mask + (bit >> 5)).to_array(), [0; LANES]);
+        for lane in numbers(of) {
+            words[lane] = self.masks.words()[word[lane] as u32 as usize] as i32;
         }
-        let mut p = (origin + t * pace.direction).clamp(Vec3::ZERO, IVec3::from_array(size).as_vec3());
-        if let Some(a) = entry {
-            p[a] = if pace.forward[a] { 0.0 } else { size[a] as f32 };
-        }
-        let mask = &self.masks.masks()[self.masks.slots()[number] as usize];
-        Some(InBrick { brick, mask, corner, size, s, s_max, origin, t, t_out, p, entry })
+        let shifted = Ints::load_array(simd, words) >> (bit & 31);
+        of & (shifted & 1).simd_eq(1)
     }
 
     /// What a ray meets that is inside where it enters a brick: the box's face, the eye's position, or (within rounding of a
     /// face between two bricks) the isosurface.
-    pub fn met_at_entry(&self, pace: &Pace, at: &InBrick<'_>) -> Met {
-        let Some(a) = at.entry else { return Met::Eye };
-        let outermost = if pace.forward[a] { 0 } else { self.map.dims()[a] as i32 - 1 };
-        if at.brick[a] == outermost { Met::Face(Vec3::AXES[a] * -pace.direction[a].signum()) } else { Met::Isosurface }
+    #[inline(always)]
+    pub fn met_at_entry<S: Simd>(&self, simd: S, pace: &Pace<S>, at: &InBrick<S>) -> Met<S> {
+        let last = self.map.dims().map(|n| n as i32 - 1);
+        let face = axes!(a => {
+            let outermost = pace.forward[a].select(Ints::splat(simd, 0), Ints::splat(simd, last[a]));
+            at.entry[a] & at.brick[a].simd_eq(outermost)
+        });
+        Met { face, eye: !(at.entry[0] | at.entry[1] | at.entry[2]) }
     }
 
-    /// Corner values of a cell relative to the level, positive inside; corner x + 2y + 4z is at (x, y, z).
-    pub fn corners(&self, cell: IVec3) -> [f32; 8] {
-        let [nx, ny, _] = self.dims;
-        let base = (cell.z as usize * ny + cell.y as usize) * nx + cell.x as usize;
-        let pair = |row: usize| [self.relative(row), self.relative(row + 1)];
-        let [[a, b], [c, d], [e, f], [g, h]] = [pair(base), pair(base + nx), pair(base + nx * ny), pair(base + nx * ny + nx)];
-        [a, b, c, d, e, f, g, h]
+    /// Corner values of cells relative to the level, positive inside; corner x + 2y + 4z is at (x, y, z).
+    #[inline(always)]
+    pub fn corners<S: Simd>(&self, simd: S, cell: &[Ints<S>; 3], of: Mask<S>) -> [Floats<S>; 8] {
+        self.source.corners(simd, self.dims, cell, of).map(|f| self.sign * (f - self.level))
     }
 
-    fn relative(&self, index: usize) -> f32 {
-        self.sign * (self.samples[index].to_f32() - self.level)
-    }
-
-    /// Gradient at a point of a cell, in index space and pointing inward: central differences at the corners, interpolated.
-    /// It is continuous from cell to cell, which the interpolant's own gradient is not; at the grid's faces it is one-sided.
-    pub fn smooth_gradient(&self, cell: IVec3, local: Vec3) -> Vec3 {
-        let mut sum = Vec3::ZERO;
-        for c in 0..8 {
-            let offset = IVec3::new(c & 1, c >> 1 & 1, c >> 2);
-            let weights = Vec3::select(offset.cmpeq(IVec3::ONE), local, 1.0 - local);
-            sum += weights.x * weights.y * weights.z * self.central_difference(cell + offset);
-        }
-        sum
-    }
-
-    fn central_difference(&self, at: IVec3) -> Vec3 {
-        let strides = [1, self.dims[0], self.dims[0] * self.dims[1]];
-        let base: usize = (0..3).map(|a| at[a] as usize * strides[a]).sum();
-        Vec3::from_array(std::array::from_fn(|a| {
-            let (down, up) = (usize::from(at[a] > 0), usize::from((at[a] as usize) < self.dims[a] - 1));
-            let difference = self.relative(base + up * strides[a]) - self.relative(base - down * strides[a]);
-            difference / (down + up) as f32
-        }))
+    /// Outward direction of the isosurface in index space.
+    #[inline(always)]
+    pub fn outward<S: Simd>(&self, simd: S, hits: &Hits<S>) -> Vecs<S> {
+        let gradient = self.source.smooth_gradient(simd, self.dims, &hits.cell, &hits.local, hits.found);
+        axes!(a => -self.sign * gradient[a])
     }
 }
 
-/// The brick of a point; one that lies below the grid, whose brick is taken within it anyhow, may be rounded up.
+/// The bricks of points.
 #[inline(always)]
-fn brick_of(p: DVec3) -> [i32; 3] {
-    p.to_array().map(|c| (c * (1.0 / BRICK as f64)) as i32)
+fn bricks_of<S: Simd>(p: [Doubles<S>; 3]) -> [Ints<S>; 3] {
+    axes!(a => {
+        let floats = p[a].to_floats();
+        let scale = Doubles::splat(floats.token(), 1.0 / BRICK as f64);
+        (p[a] * scale).floor().to_floats().to_int()
+    })
 }
 
-/// The axis of the smallest value, the first of equal ones.
+/// The smallest value and its axis, the first of equal ones.
 #[inline(always)]
-pub(super) fn least(v: &[f32; 3]) -> usize {
-    let first = if v[1] < v[0] { 1 } else { 0 };
-    if v[2] < v[first] { 2 } else { first }
+pub(super) fn least<S: Simd>(v: &Vecs<S>) -> (Floats<S>, [Mask<S>; 3]) {
+    let second = v[1].simd_lt(v[0]);
+    let of_two = v[0].min(v[1]);
+    let third = v[2].simd_lt(of_two);
+    (of_two.min(v[2]), [!third & !second, !third & second, third])
 }

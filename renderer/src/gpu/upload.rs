@@ -3,9 +3,9 @@
 
 use super::device::{Gpu, GpuError};
 use super::pipelines::filled_buffer;
-use crate::cell_masks::{CellMasks, Mask};
+use crate::cell_masks::{CellMasks, WORDS};
 use crate::occupancy::DistanceMap;
-use bregma_volume::{BRICK, Sample, Samples, Volume, with_samples};
+use bregma_volume::{Sample, Samples, Volume, with_samples};
 
 /// How samples are stored on the GPU: the texture's format and its component type in WGSL.
 pub(super) fn kind_of(samples: &Samples) -> (wgpu::TextureFormat, &'static str) {
@@ -43,10 +43,10 @@ pub(super) fn upload_map(gpu: &Gpu, map: &DistanceMap, masks: &CellMasks) -> Res
 /// Uploads the masks.
 pub(super) fn upload_masks(gpu: &Gpu, masks: &CellMasks) -> Result<wgpu::Buffer, GpuError> {
     // A buffer holds at least one mask, even where nothing can be met.
-    let none = [[0; BRICK]];
-    let bytes: &[u8] = bytemuck::cast_slice(if masks.masks().is_empty() { &none } else { masks.masks() });
+    let none = [0; WORDS];
+    let bytes: &[u8] = bytemuck::cast_slice(if masks.words().is_empty() { &none } else { masks.words() });
     // The number of a mask has 24 bits beside a distance; a buffer as large would be 1 GiB.
-    let most = gpu.device.limits().max_storage_buffer_binding_size.min((size_of::<Mask>() as u64) << 24);
+    let most = gpu.device.limits().max_storage_buffer_binding_size.min((4 * WORDS as u64) << 24);
     if bytes.len() as u64 > most {
         return Err(GpuError::Memory { mib: bytes.len() >> 20, adapter: gpu.info.name.clone() });
     }

@@ -1,29 +1,31 @@
 //! The solver `analytic`: a closed form for the cubic's roots, the one of Blinn ("How to solve a cubic equation, part 5", IEEE CG&A
 //! 27(3), 2007), which is homogeneous and so needs no leading coefficient: taken over the Bernstein form, u : 1 − u are its two unknowns.
 //!
+//! Cosines and powers come from the standard library, a lane at a time.
+//!
 //! The twin of `shaders/analytic.wgsl`.
 
-use super::FirstEntry;
 use super::bernstein::bernstein;
-use super::inside;
-use glam::{Vec2, Vec3};
+use super::{Entry, inside};
+use crate::lanes::{Floats, Mask, Vecs, numbers};
+use fearless_simd::Simd;
+use fearless_simd::prelude::*;
+use glam::Vec2;
 
-pub(crate) struct Analytic;
-
-impl FirstEntry for Analytic {
-    fn first_entry(f: &[f32; 8], p: Vec3, q: Vec3) -> Option<f32> {
-        let b = bernstein(f, p, q);
-        if inside(b[0]) {
-            return Some(0.0);
-        }
-        if !b.iter().any(|&c| inside(c)) {
-            return None;
-        }
-        // Scaled to 1: products of four coefficients would vanish for values of 1e-10, and overflow for 1e10.
-        let largest = b.iter().fold(0.0_f32, |m, c| m.max(c.abs()));
-        let u = roots(b.map(|c| c / largest)).into_iter().map(parameter).fold(NONE, f32::min);
-        (0.0..=1.0).contains(&u).then_some(u)
+#[inline(always)]
+pub(super) fn first_entry<S: Simd>(simd: S, f: &[Floats<S>; 8], p: &Vecs<S>, q: &Vecs<S>, asked: Mask<S>) -> Entry<S> {
+    let b = bernstein(f, p, q);
+    let at_start = inside(b[0]);
+    let found = asked & (at_start | inside(b[1]) | inside(b[2]) | inside(b[3]));
+    // Scaled to 1: products of four coefficients would vanish for values of 1e-10, and overflow for 1e10.
+    let largest = b[0].abs().max(b[1].abs()).max(b[2].abs()).max(b[3].abs());
+    let scaled = b.map(|c| (c / largest).to_array());
+    let mut u = [0.0; _];
+    for lane in numbers(found & !at_start) {
+        u[lane] = roots(scaled.map(|c| c[lane])).into_iter().map(parameter).fold(NONE, f32::min);
     }
+    let u = Floats::load_array(simd, u);
+    Entry { found: found & u.simd_le(1.0), u }
 }
 
 /// Larger than any parameter of the segment.

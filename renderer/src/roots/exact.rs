@@ -4,23 +4,21 @@
 //!
 //! The twin of `shaders/exact.wgsl`.
 
-use super::FirstEntry;
+use super::Entry;
 use super::bernstein::bernstein;
 use super::cubic::cubic_entry;
-use glam::Vec3;
+use crate::lanes::{Floats, Mask, Vecs};
+use fearless_simd::Simd;
 
-pub(crate) struct Exact;
-
-impl FirstEntry for Exact {
-    fn first_entry(f: &[f32; 8], p: Vec3, q: Vec3) -> Option<f32> {
-        cubic_entry(&bernstein(f, p, q))
-    }
+#[inline(always)]
+pub(super) fn first_entry<S: Simd>(simd: S, f: &[Floats<S>; 8], p: &Vecs<S>, q: &Vecs<S>, asked: Mask<S>) -> Entry<S> {
+    cubic_entry(simd, &bernstein(f, p, q), asked)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::trilinear_f64;
-    use super::*;
+    use super::super::Solver;
+    use super::super::tests::{bernstein_of, first_entry_of, trilinear_f64};
     use crate::stability::Random;
 
     #[test]
@@ -35,7 +33,7 @@ mod tests {
                 _ => std::array::from_fn(|_| (random.unit() * 3.0).floor() - 1.0),
             };
             let (p, q) = (random.point(), random.point());
-            let b = bernstein(&f, p, q);
+            let b = bernstein_of(&f, p, q);
             let exact = |u: f64| trilinear_f64(&f, p.as_dvec3().lerp(q.as_dvec3(), u));
             if b[0].abs() < 1e-5 || exact(1.0).abs() < 1e-5 {
                 continue;
@@ -43,7 +41,7 @@ mod tests {
             // The certain part: a bracket of 1/4096 with a clear sign change, or clearly none at all.
             let grid: Vec<f64> = (0..=4096).map(|i| exact(f64::from(i) / 4096.0)).collect();
             let first = if grid[0] >= 0.0 { Some(0) } else { grid.iter().position(|&v| v >= 0.0) };
-            match (Exact::first_entry(&f, p, q), first) {
+            match (first_entry_of(Solver::Exact, &f, p, q), first) {
                 (Some(u), Some(i)) => {
                     let mut bracket = ((i as f64 - 1.0).max(0.0) / 4096.0, i as f64 / 4096.0);
                     for _ in 0..40 {

@@ -2,17 +2,13 @@
 //!
 //! The twin of `shaders/linear.wgsl`.
 
-use super::{FirstEntry, inside, trilinear};
-use glam::Vec3;
+use super::{Entry, inside, trilinear};
+use crate::lanes::{Floats, Mask, Vecs};
+use fearless_simd::Simd;
+use fearless_simd::prelude::*;
 
-pub(crate) struct Linear;
-
-impl FirstEntry for Linear {
-    fn first_entry(f: &[f32; 8], p: Vec3, q: Vec3) -> Option<f32> {
-        let (f0, f1) = (trilinear(f, p), trilinear(f, q));
-        if inside(f0) {
-            return Some(0.0);
-        }
-        inside(f1).then(|| f0 / (f0 - f1))
-    }
+#[inline(always)]
+pub(super) fn first_entry<S: Simd>(simd: S, f: &[Floats<S>; 8], p: &Vecs<S>, q: &Vecs<S>, asked: Mask<S>) -> Entry<S> {
+    let (f0, f1) = (trilinear(f, p), trilinear(f, q));
+    Entry { found: asked & (inside(f0) | inside(f1)), u: inside(f0).select(Floats::splat(simd, 0.0), f0 / (f0 - f1)) }
 }

@@ -11,14 +11,9 @@ mod marmitt;
 mod neubauer;
 mod segment_steps;
 
-pub(crate) use analytic::Analytic;
-pub(crate) use exact::Exact;
-pub(crate) use linear::Linear;
-pub(crate) use marmitt::Marmitt;
-pub(crate) use neubauer::Neubauer;
-pub(crate) use segment_steps::SegmentSteps;
-
-use glam::Vec3;
+use crate::lanes::{Floats, Mask, Vecs, mix};
+use fearless_simd::Simd;
+use fearless_simd::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
@@ -66,6 +61,27 @@ pub enum Steps {
     Three,
     /// 4.
     Four,
+}
+
+impl PerVoxel {
+    pub(crate) fn number(self) -> u32 {
+        match self {
+            Self::One => 1,
+            Self::Two => 2,
+            Self::Four => 4,
+            Self::Eight => 8,
+        }
+    }
+}
+
+impl Steps {
+    fn number(self) -> u32 {
+        match self {
+            Self::Two => 2,
+            Self::Three => 3,
+            Self::Four => 4,
+        }
+    }
 }
 
 impl Solver {
@@ -139,32 +155,87 @@ impl From<Solver> for String {
     }
 }
 
-/// A solver that works within one cell.
-pub(crate) trait FirstEntry: Sync {
-    /// The first u in [0, 1] of the segment from `p` to `q` (local coordinates in [0, 1]³) where the trilinear interpolant of
-    /// the corner values `f` enters the inside, as far as the method sees it. Corner x + 2y + 4z is at (x, y, z).
-    fn first_entry(f: &[f32; 8], p: Vec3, q: Vec3) -> Option<f32>;
+/// Where segments first enter the inside, as far as a method sees it.
+#[derive(Clone, Copy)]
+pub(crate) struct Entry<S: Simd> {
+    /// Which segments do.
+    pub found: Mask<S>,
+    /// Where, in [0, 1] of the segment.
+    pub u: Floats<S>,
+}
+
+/// The first entries of the segments from `p` to `q` (local coordinates in [0, 1]³) into the inside of the trilinear interpolants of the
+/// corner values `f`, for the lanes of `asked`. Corner x + 2y + 4z is at (x, y, z). The hardware's filter finds nothing here.
+#[inline(always)]
+pub(crate) fn first_entry<S: Simd>(simd: S, solver: Solver, f: &[Floats<S>; 8], p: &Vecs<S>, q: &Vecs<S>, asked: Mask<S>) -> Entry<S> {
+    // Each is compiled by itself and called: one jump for sixteen segments.
+    match solver {
+        Solver::Exact => simd.vectorize(
+            #[inline(always)]
+            || exact::first_entry(simd, f, p, q, asked),
+        ),
+        Solver::Linear => simd.vectorize(
+            #[inline(always)]
+            || linear::first_entry(simd, f, p, q, asked),
+        ),
+        Solver::Neubauer(steps) => simd.vectorize(
+            #[inline(always)]
+            || neubauer::first_entry(simd, steps.number(), f, p, q, asked),
+        ),
+        Solver::Marmitt(steps) => simd.vectorize(
+            #[inline(always)]
+            || marmitt::first_entry(simd, steps.number(), f, p, q, asked),
+        ),
+        Solver::Analytic => simd.vectorize(
+            #[inline(always)]
+            || analytic::first_entry(simd, f, p, q, asked),
+        ),
+        Solver::Step(steps) => simd.vectorize(
+            #[inline(always)]
+            || segment_steps::first_entry(simd, steps.number(), f, p, q, asked),
+        ),
+        Solver::Filter => Entry { found: Mask::splat(simd, false), u: Floats::splat(simd, 0.0) },
+    }
 }
 
 /// Inside bone: ties included, everywhere.
-pub(crate) fn inside(v: f32) -> bool {
-    v >= 0.0
-}
-
-/// a at w = 0 to b at w = 1. This form keeps the sign that a and b share, whatever is rounded; a + (b − a)·w does not.
-fn mix(a: f32, b: f32, w: f32) -> f32 {
-    a * (1.0 - w) + b * w
+#[inline(always)]
+pub(crate) fn inside<S: Simd>(v: Floats<S>) -> Mask<S> {
+    v.simd_ge(0.0)
 }
 
 /// The trilinear interpolant at `p`.
-pub(crate) fn trilinear(f: &[f32; 8], p: Vec3) -> f32 {
-    let [y0z0, y1z0, y0z1, y1z1] = [0, 2, 4, 6].map(|c| mix(f[c], f[c + 1], p.x));
-    mix(mix(y0z0, y1z0, p.y), mix(y0z1, y1z1, p.y), p.z)
+#[inline(always)]
+pub(crate) fn trilinear<S: Simd>(f: &[Floats<S>; 8], p: &Vecs<S>) -> Floats<S> {
+    let (y0z0, y1z0) = (mix(f[0], f[1], p[0]), mix(f[2], f[3], p[0]));
+    let (y0z1, y1z1) = (mix(f[4], f[5], p[0]), mix(f[6], f[7], p[0]));
+    mix(mix(y0z0, y1z0, p[1]), mix(y0z1, y1z1, p[1]), p[2])
 }
 
 #[cfg(test)]
 pub(crate) mod tests {
+    use super::bernstein::bernstein;
     use super::*;
+    use crate::lanes::axes;
+    use fearless_simd::{Level, dispatch};
+    use glam::Vec3;
+
+    /// Of a solver, for one segment.
+    pub fn first_entry_of(solver: Solver, f: &[f32; 8], p: Vec3, q: Vec3) -> Option<f32> {
+        dispatch!(Level::new(), simd => {
+            let (f, p, q) = (f.map(|v| Floats::splat(simd, v)), axes!(a => Floats::splat(simd, p[a])), axes!(a => Floats::splat(simd, q[a])));
+            let entry = first_entry(simd, solver, &f, &p, &q, Mask::splat(simd, true));
+            entry.found.test(0).then(|| entry.u[0])
+        })
+    }
+
+    /// Of one segment.
+    pub fn bernstein_of(f: &[f32; 8], p: Vec3, q: Vec3) -> [f32; 4] {
+        dispatch!(Level::new(), simd => {
+            let (f, p, q) = (f.map(|v| Floats::splat(simd, v)), axes!(a => Floats::splat(simd, p[a])), axes!(a => Floats::splat(simd, q[a])));
+            bernstein(&f, &p, &q).map(|b| b[0])
+        })
+    }
 
     pub fn trilinear_f64(f: &[f32; 8], p: glam::DVec3) -> f64 {
         (0..8).map(|c| f64::from(f[c]) * (0..3).map(|a| if c >> a & 1 == 1 { p[a] } else { 1.0 - p[a] }).product::<f64>()).sum()

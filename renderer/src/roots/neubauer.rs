@@ -3,30 +3,23 @@
 //!
 //! The twin of `shaders/neubauer.wgsl`.
 
-use super::{FirstEntry, inside, trilinear};
-use glam::Vec3;
+use super::{Entry, inside, trilinear};
+use crate::lanes::{Floats, Mask, Vecs, lerp};
+use fearless_simd::Simd;
+use fearless_simd::prelude::*;
 
-pub(crate) struct Neubauer<const STEPS: u32>;
-
-impl<const STEPS: u32> FirstEntry for Neubauer<STEPS> {
-    fn first_entry(f: &[f32; 8], p: Vec3, q: Vec3) -> Option<f32> {
-        let (mut f0, mut f1) = (trilinear(f, p), trilinear(f, q));
-        if inside(f0) {
-            return Some(0.0);
-        }
-        if !inside(f1) {
-            return None;
-        }
-        let (mut u0, mut u1) = (0.0, 1.0);
-        for _ in 0..STEPS {
-            let u = u0 + (u1 - u0) * (f0 / (f0 - f1));
-            let value = trilinear(f, p.lerp(q, u));
-            if inside(value) {
-                (u1, f1) = (u, value);
-            } else {
-                (u0, f0) = (u, value);
-            }
-        }
-        Some(u0 + (u1 - u0) * (f0 / (f0 - f1)))
+#[inline(always)]
+pub(super) fn first_entry<S: Simd>(simd: S, steps: u32, f: &[Floats<S>; 8], p: &Vecs<S>, q: &Vecs<S>, asked: Mask<S>) -> Entry<S> {
+    let (mut f0, mut f1) = (trilinear(f, p), trilinear(f, q));
+    let (zero, at_start) = (Floats::splat(simd, 0.0), inside(f0));
+    let found = asked & (at_start | inside(f1));
+    let (mut u0, mut u1) = (zero, Floats::splat(simd, 1.0));
+    for _ in 0..steps {
+        let u = u0 + (u1 - u0) * (f0 / (f0 - f1));
+        let value = trilinear(f, &lerp(p, q, u));
+        let is_inside = inside(value);
+        (u1, f1) = (is_inside.select(u, u1), is_inside.select(value, f1));
+        (u0, f0) = (is_inside.select(u0, u), is_inside.select(f0, value));
     }
+    Entry { found, u: at_start.select(zero, u0 + (u1 - u0) * (f0 / (f0 - f1))) }
 }

@@ -1,0 +1,95 @@
+//! Reading samples for sixteen rays: the corners of their cells, and what lies around a hit.
+
+use crate::lanes::{Floats, Ints, LANES, Mask, Vecs, axes, mix, numbers};
+use bregma_volume::{Sample, Samples, with_samples};
+use fearless_simd::Simd;
+use fearless_simd::prelude::*;
+
+/// Where samples come from.
+#[derive(Clone, Copy)]
+pub(crate) enum Source<'a> {
+    Samples(&'a Samples),
+    /// From nowhere, to time a walk that fetches nothing.
+    Nothing,
+}
+
+impl Source<'_> {
+    /// Samples at the corners of a cell, by its lowest, in the lanes of `of`; corner x + 2y + 4z is at (x, y, z).
+    #[inline(always)]
+    pub fn corners<S: Simd>(self, simd: S, dims: [i32; 3], cell: &[Ints<S>; 3], of: Mask<S>) -> [Floats<S>; 8] {
+        let mut f = [[0.0; LANES]; 8];
+        if let Self::Samples(samples) = self {
+            let cell = cell.map(Ints::to_array);
+            with_samples!(samples, samples => {
+                for lane in numbers(of) {
+                    let at = [cell[0][lane], cell[1][lane], cell[2][lane]];
+                    corners_of(samples, dims, at).into_iter().zip(&mut f).for_each(|(v, f)| f[lane] = v);
+                }
+            });
+        }
+        f.map(|f| Floats::load_array(simd, f))
+    }
+
+    /// Gradient at a point of a cell, in index space: central differences at the corners, interpolated, as Floats of each axis. It is
+    /// continuous from cell to cell, which the interpolant's own gradient is not; at the grid's faces it is one-sided.
+    #[inline(always)]
+    pub fn smooth_gradient<S: Simd>(self, simd: S, dims: [i32; 3], cell: &[Ints<S>; 3], local: &Vecs<S>, of: Mask<S>) -> Vecs<S> {
+        let zero = Floats::splat(simd, 0.0);
+        let Self::Samples(samples) = self else { return [zero; 3] };
+        // Around a cell 4 samples along each axis, where the grid has them, but not the corners of that block.
+        let mut v = [[[[0.0; LANES]; 4]; 4]; 4];
+        let cells = cell.map(Ints::to_array);
+        with_samples!(samples, samples => {
+            for lane in numbers(of) {
+                let at = [cells[0][lane], cells[1][lane], cells[2][lane]];
+                surroundings(samples, dims, at, |[x, y, z], value| v[z][y][x][lane] = value);
+            }
+        });
+        let at = |x: usize, y: usize, z: usize| Floats::load_array(simd, v[z][y][x]);
+        let [u, v, w] = *local;
+        // Each column of the cell's direction, interpolated in the other two.
+        let face = |f: [Floats<S>; 4], u: Floats<S>, v: Floats<S>| mix(mix(f[0], f[1], u), mix(f[2], f[3], u), v);
+        let columns = [
+            [0, 1, 2, 3].map(|x| face([at(x, 1, 1), at(x, 2, 1), at(x, 1, 2), at(x, 2, 2)], v, w)),
+            [0, 1, 2, 3].map(|y| face([at(1, y, 1), at(2, y, 1), at(1, y, 2), at(2, y, 2)], u, w)),
+            [0, 1, 2, 3].map(|z| face([at(1, 1, z), at(2, 1, z), at(1, 2, z), at(2, 2, z)], u, v)),
+        ];
+        let (one, half) = (Floats::splat(simd, 1.0), Floats::splat(simd, 0.5));
+        axes!(a => {
+            let g = columns[a];
+            // One-sided where the column was cut short.
+            let (first, last) = (cell[a].simd_eq(0), cell[a].simd_eq(dims[a] - 2));
+            mix((g[2] - g[0]) * first.select(one, half), (g[3] - g[1]) * last.select(one, half), local[a])
+        })
+    }
+}
+
+#[inline(always)]
+fn corners_of<T: Sample>(samples: &[T], dims: [i32; 3], cell: [i32; 3]) -> [f32; 8] {
+    let [nx, ny, _] = dims.map(|n| n as usize);
+    let base = (cell[2] as usize * ny + cell[1] as usize) * nx + cell[0] as usize;
+    let pair = |row: usize| [samples[row].to_f32(), samples[row + 1].to_f32()];
+    let [[a, b], [c, d], [e, f], [g, h]] = [pair(base), pair(base + nx), pair(base + nx * ny), pair(base + nx * ny + nx)];
+    [a, b, c, d, e, f, g, h]
+}
+
+/// The samples from one before a cell to one behind it, but those at the corners of that block; at the grid's border the nearest.
+#[inline(always)]
+fn surroundings<T: Sample>(samples: &[T], dims: [i32; 3], cell: [i32; 3], mut put: impl FnMut([usize; 3], f32)) {
+    let along = |a: usize| [-1, 0, 1, 2].map(|o| (cell[a] + o).clamp(0, dims[a] - 1) as usize);
+    let [xs, ys, zs] = [along(0), along(1), along(2)];
+    let [nx, ny] = [dims[0] as usize, dims[1] as usize];
+    for z in 0..4 {
+        for y in 0..4 {
+            let row = (zs[z] * ny + ys[y]) * nx;
+            let (y_outer, z_outer) = (y % 3 == 0, z % 3 == 0);
+            if y_outer && z_outer {
+                continue;
+            }
+            let columns = if y_outer || z_outer { 1..3 } else { 0..4 };
+            for x in columns {
+                put([x, y, z], samples[row + xs[x]].to_f32());
+            }
+        }
+    }
+}
