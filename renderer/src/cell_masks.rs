@@ -1,7 +1,11 @@
 //! Which cells of a brick can hold the surface: one bit for each, so that a ray passes the others without reading a sample.
 
+use crate::lanes::{Floats, LANES};
 use crate::occupancy::DistanceMap;
+use crate::roots::inside;
 use bregma_volume::{BRICK, Sample, Samples, with_samples};
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, Simd, dispatch};
 use rayon::prelude::*;
 
 /// Numbers of a mask.
@@ -24,13 +28,17 @@ impl CellMasks {
         let occupied = map.occupied();
         let mut slots = vec![0; map.distances().len()];
         occupied.iter().zip(0..).for_each(|(&brick, slot)| slots[brick as usize] = slot);
-        let [bx, by, _] = map.dims();
+        let ([bx, by, _], instructions) = (map.dims(), Level::new());
         let masks = with_samples!(samples, samples => {
-            let mask = |&brick: &u32| {
-                let n = brick as usize;
-                mask_of(samples, dims, [n % bx, n / bx % by, n / (bx * by)].map(|b| b * BRICK), level, sign)
+            let masks = |(masks, bricks): (&mut [Mask], &[u32])| {
+                dispatch!(instructions, simd => for (mask, &brick) in masks.iter_mut().zip(bricks) {
+                    let n = brick as usize;
+                    *mask = mask_of(simd, samples, dims, [n % bx, n / bx % by, n / (bx * by)].map(|b| b * BRICK), level, sign);
+                });
             };
-            occupied.par_iter().map(mask).collect()
+            let mut all = vec![[0; WORDS]; occupied.len()];
+            all.par_chunks_mut(CHUNK).zip(occupied.par_chunks(CHUNK)).for_each(masks);
+            all
         });
         Self { slots, masks }
     }
@@ -51,8 +59,12 @@ impl CellMasks {
     }
 }
 
+/// Bricks that a thread takes at once: some hundredths of a millisecond's work.
+const CHUNK: usize = 64;
+
 /// The mask of the brick with its first sample at `corner`.
-fn mask_of<T: Sample>(samples: &[T], dims: [usize; 3], corner: [usize; 3], level: f32, sign: f32) -> Mask {
+#[inline(always)]
+fn mask_of<S: Simd, T: Sample>(simd: S, samples: &[T], dims: [usize; 3], corner: [usize; 3], level: f32, sign: f32) -> Mask {
     // 9 samples along each side; less at the grid's far border, where there are no more cells either.
     let [nx, ny, nz] = std::array::from_fn(|a| (dims[a] - corner[a]).min(BRICK + 1));
     let mut mask = [0_u64; BRICK];
@@ -60,9 +72,8 @@ fn mask_of<T: Sample>(samples: &[T], dims: [usize; 3], corner: [usize; 3], level
         let mut layer = 0_u64;
         for j in 0..ny {
             let first = ((corner[2] + k) * dims[1] + corner[1] + j) * dims[0] + corner[0];
-            let bits =
-                samples[first..first + nx].iter().rev().fold(0_u64, |bits, s| bits << 1 | u64::from(sign * (s.to_f32() - level) >= 0.0));
-            // Ties are inside, as everywhere. A sample is a corner of the cells on either side of it, along each axis.
+            let bits = inside_bits(simd, &samples[first..], nx, level, sign);
+            // A sample is a corner of the cells on either side of it, along each axis.
             let row = (bits | bits >> 1) & 0xff;
             if j < BRICK {
                 layer |= row << (8 * j);
@@ -79,6 +90,17 @@ fn mask_of<T: Sample>(samples: &[T], dims: [usize; 3], corner: [usize; 3], level
         }
     }
     std::array::from_fn(|word| (mask[word / 2] >> (word % 2 * 32)) as u32)
+}
+
+/// Which of the first `count` samples are inside: ties included, as everywhere.
+#[inline(always)]
+fn inside_bits<S: Simd, T: Sample>(simd: S, samples: &[T], count: usize, level: f32, sign: f32) -> u64 {
+    let mut values = [0.0; LANES];
+    match samples.first_chunk::<LANES>() {
+        Some(all) => all.iter().zip(&mut values).for_each(|(s, v)| *v = s.to_f32()),
+        None => samples.iter().zip(&mut values).for_each(|(s, v)| *v = s.to_f32()),
+    }
+    inside(sign * (Floats::load_array(simd, values) - level)).to_bitmask() & ((1 << count) - 1)
 }
 
 #[cfg(test)]

@@ -16,10 +16,8 @@ impl DistanceMap {
     /// lies wholly inside counts as occupied: a ray may enter it through the box's face, where the surface is closed.
     pub fn build(bricks: &RangeBricks, level: f32, sign: f32) -> Self {
         let reaches = |range: &[f32; 2]| sign * (range[usize::from(sign > 0.0)] - level) >= 0.0;
-        let distances = bricks.ranges().iter().map(|range| if reaches(range) { 0 } else { u8::MAX }).collect();
-        let mut map = Self { dims: bricks.dims(), distances, exposed: vec![] };
-        map.sweep(1);
-        map.sweep(-1);
+        let occupied: Vec<bool> = bricks.ranges().iter().map(reaches).collect();
+        let mut map = Self { dims: bricks.dims(), distances: distances(bricks.dims(), &occupied), exposed: vec![] };
         map.exposed = map.occupied().into_iter().filter(|&brick| map.is_exposed(brick as usize)).collect();
         map
     }
@@ -43,28 +41,6 @@ impl DistanceMap {
         &self.exposed
     }
 
-    /// One of the two passes of the chessboard distance transform (Rosenfeld and Pfaltz 1968): each brick takes the least of
-    /// the 13 neighbours already passed, plus one.
-    fn sweep(&mut self, way: isize) {
-        let dims = self.dims.map(|n| n as isize);
-        let [nx, ny, nz] = dims;
-        let behind: Vec<[isize; 3]> =
-            (0..13).map(|n| [n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1]).map(|o: [isize; 3]| o.map(|c| c * way)).collect();
-        let count = nx * ny * nz;
-        for n in 0..count {
-            let at = if way > 0 { n } else { count - 1 - n };
-            let p = [at % nx, at / nx % ny, at / (nx * ny)];
-            let mut best = self.distances[at as usize];
-            for o in &behind {
-                let q = [p[0] + o[0], p[1] + o[1], p[2] + o[2]];
-                if best > 1 && (0..3).all(|a| (0..dims[a]).contains(&q[a])) {
-                    best = best.min(self.distances[((q[2] * ny + q[1]) * nx + q[0]) as usize].saturating_add(1));
-                }
-            }
-            self.distances[at as usize] = best;
-        }
-    }
-
     /// Bricks along i, j and k.
     pub fn dims(&self) -> [usize; 3] {
         self.dims
@@ -81,27 +57,102 @@ impl DistanceMap {
     }
 }
 
+/// The chessboard distance of each brick from those that are `occupied`: layer by layer around them, 64 bricks of a row at a time.
+fn distances(dims: [usize; 3], occupied: &[bool]) -> Vec<u8> {
+    let [nx, ny, nz] = dims;
+    let words = nx.div_ceil(64);
+    let mut distances = vec![u8::MAX; occupied.len()];
+    // A bit for each brick that is nearer than the next distance; each row begins with a number of its own.
+    let mut reached = vec![0_u64; words * ny * nz];
+    for (row, reached) in occupied.chunks(nx.max(1)).zip(reached.chunks_mut(words.max(1))) {
+        row.iter().enumerate().for_each(|(x, occupied)| reached[x / 64] |= u64::from(*occupied) << (x % 64));
+    }
+    let mut last = vec![0_u64; reached.len()];
+    for distance in 0..u8::MAX {
+        let mut changed = false;
+        for (row, (now, before)) in reached.chunks(words.max(1)).zip(last.chunks(words.max(1))).enumerate() {
+            for (word, (now, before)) in now.iter().zip(before).enumerate() {
+                let mut new: u64 = now & !before;
+                changed |= new != 0;
+                while new != 0 {
+                    distances[row * nx + word * 64 + new.trailing_zeros() as usize] = distance;
+                    new &= new - 1;
+                }
+            }
+        }
+        if !changed {
+            break;
+        }
+        last.copy_from_slice(&reached);
+        grow_along_rows(&mut reached, words, nx);
+        grow_across(&mut reached, words, ny);
+        grow_across(&mut reached, words * ny, nz);
+    }
+    distances
+}
+
+/// Adds to each row's bricks the ones on either side.
+fn grow_along_rows(bricks: &mut [u64], words: usize, nx: usize) {
+    for row in bricks.chunks_mut(words.max(1)) {
+        let mut before = 0;
+        for word in 0..row.len() {
+            let (here, behind) = (row[word], row.get(word + 1).copied().unwrap_or(0));
+            row[word] = here | here << 1 | here >> 1 | before >> 63 | behind << 63;
+            before = here;
+        }
+        if let (Some(last), 1..) = (row.last_mut(), nx % 64) {
+            *last &= (1 << (nx % 64)) - 1;
+        }
+    }
+}
+
+/// Adds to each of the `count` slices of some words, that follow each other, the ones on either side.
+fn grow_across(bricks: &mut [u64], slice: usize, count: usize) {
+    let mut before = vec![0; slice];
+    for block in bricks.chunks_mut((slice * count).max(1)) {
+        before.fill(0);
+        for n in 0..count {
+            for word in n * slice..(n + 1) * slice {
+                let (here, behind) = (block[word], block.get(word + slice).copied().unwrap_or(0));
+                block[word] = here | before[word % slice] | behind;
+                before[word % slice] = here;
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn distances_are_the_true_chessboard_distances() {
-        // Fails if a sweep misses a neighbour: a ray would leap over bone.
-        let dims = [7 * 8 + 1, 5 * 8 + 1, 4 * 8 + 1];
-        let mut samples = vec![0_i16; dims.iter().product()];
-        for (x, y, z) in [(3, 3, 3), (52, 20, 12), (30, 36, 28)] {
-            samples[(z * dims[1] + y) * dims[0] + x] = 100;
-        }
-        for (level, sign) in [(50.0, 1.0), (-50.0, -1.0)] {
-            let sampled: Vec<i16> = samples.iter().map(|s| s * sign as i16).collect();
-            let map = DistanceMap::build(&RangeBricks::build(&sampled, dims), level, sign);
-            let bricks: [[i32; 3]; 3] = [[0, 0, 0], [6, 2, 1], [3, 4, 3]];
-            for (n, &d) in map.distances().iter().enumerate() {
-                let p = [n % 7, n / 7 % 5, n / 35].map(|c| c as i32);
-                let nearest = bricks.iter().map(|b| (0..3).map(|a| (b[a] - p[a]).abs()).max().unwrap()).min();
-                assert_eq!(Some(i32::from(d)), nearest, "{p:?}");
+        // Fails if a neighbour is missed, or a row's end reaches into the next row: a ray would leap over bone.
+        for (dims, some) in [([7, 5, 4], 47), ([64, 3, 2], 171), ([65, 2, 3], 171), ([131, 1, 4], 401), ([1, 1, 1], 2), ([300, 1, 1], 400)]
+        {
+            let place = |n: usize| [n % dims[0], n / dims[0] % dims[1], n / (dims[0] * dims[1])];
+            let all = 0..dims.iter().product::<usize>();
+            let occupied: Vec<bool> = all.clone().map(|n| (n * n + 1) % some == 1).collect();
+            let distances = distances(dims, &occupied);
+            for n in all.clone() {
+                let to = |o: usize| (0..3).map(|a| place(o)[a].abs_diff(place(n)[a])).max();
+                let nearest = all.clone().filter(|o| occupied[*o]).filter_map(to).min();
+                assert_eq!(usize::from(distances[n]), nearest.unwrap_or(255).min(255), "{dims:?} {n}");
             }
+        }
+        assert_eq!(distances([2, 1, 1], &[false, false]), [255, 255]);
+        assert!(distances([0, 0, 0], &[]).is_empty());
+    }
+
+    #[test]
+    fn a_brick_is_occupied_when_a_sample_of_it_is_inside() {
+        // Fails if the wrong end of a brick's range is compared, or ties are taken to be outside: a hole in the surface.
+        let dims = [17, 9, 9];
+        for (level, sign) in [(50.0, 1.0), (-50.0, -1.0)] {
+            let mut samples = vec![0_i16; dims.iter().product()];
+            samples[4 * 9 * 17 + 4 * 17 + 12] = level as i16;
+            let map = DistanceMap::build(&RangeBricks::build(&samples, dims), level, sign);
+            assert_eq!((map.dims(), map.distances()), ([2, 1, 1], &[1, 0][..]));
         }
     }
 }

@@ -84,7 +84,7 @@ fn first_cell<S: Simd>(pace: &Pace<S>, at: &InBrick<S>) -> Vecs<S> {
 /// Where rays leave cells, of which `far` are the faces ahead, and across which axis; never before `t`.
 #[inline(always)]
 fn leave<S: Simd>(pace: &Pace<S>, at: &InBrick<S>, far: &Vecs<S>, t: Floats<S>) -> (Floats<S>, [Mask<S>; 3]) {
-    let t_faces = axes!(a => pace.to_plane(a, far[a], at.origin[a], FAR));
+    let t_faces = axes!(a => pace.until_plane(a, far[a], at.origin[a], FAR));
     let (t_least, axis) = least(&t_faces);
     (t_least.max(t), axis)
 }

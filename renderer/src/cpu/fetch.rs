@@ -5,6 +5,30 @@ use bregma_volume::{Sample, Samples, with_samples};
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
+/// The same for four numbers from 0; see [`axes`].
+macro_rules! four {
+    ($n:ident => $value:expr) => {
+        [
+            {
+                let $n = 0;
+                $value
+            },
+            {
+                let $n = 1;
+                $value
+            },
+            {
+                let $n = 2;
+                $value
+            },
+            {
+                let $n = 3;
+                $value
+            },
+        ]
+    };
+}
+
 /// Where samples come from.
 #[derive(Clone, Copy)]
 pub(crate) enum Source<'a> {
@@ -27,7 +51,8 @@ impl Source<'_> {
                 }
             });
         }
-        f.map(|f| Floats::load_array(simd, f))
+        let at = |c: usize| Floats::load_array_ref(simd, &f[c]);
+        [at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7)]
     }
 
     /// Gradient at a point of a cell, in index space: central differences at the corners, interpolated, as Floats of each axis. It is
@@ -45,14 +70,13 @@ impl Source<'_> {
                 surroundings(samples, dims, at, |[x, y, z], value| v[z][y][x][lane] = value);
             }
         });
-        let at = |x: usize, y: usize, z: usize| Floats::load_array(simd, v[z][y][x]);
-        let [u, v, w] = *local;
-        // Each column of the cell's direction, interpolated in the other two.
-        let face = |f: [Floats<S>; 4], u: Floats<S>, v: Floats<S>| mix(mix(f[0], f[1], u), mix(f[2], f[3], u), v);
+        let [x, y, z] = *local;
+        // What each column of samples along an axis is at the point's other two coordinates.
+        let at = |x: usize, y: usize, z: usize| &v[z][y][x];
         let columns = [
-            [0, 1, 2, 3].map(|x| face([at(x, 1, 1), at(x, 2, 1), at(x, 1, 2), at(x, 2, 2)], v, w)),
-            [0, 1, 2, 3].map(|y| face([at(1, y, 1), at(2, y, 1), at(1, y, 2), at(2, y, 2)], u, w)),
-            [0, 1, 2, 3].map(|z| face([at(1, 1, z), at(2, 1, z), at(1, 2, z), at(2, 2, z)], u, v)),
+            four!(n => bilinear(simd, [at(n, 1, 1), at(n, 2, 1), at(n, 1, 2), at(n, 2, 2)], y, z)),
+            four!(n => bilinear(simd, [at(1, n, 1), at(2, n, 1), at(1, n, 2), at(2, n, 2)], x, z)),
+            four!(n => bilinear(simd, [at(1, 1, n), at(2, 1, n), at(1, 2, n), at(2, 2, n)], x, y)),
         ];
         let (one, half) = (Floats::splat(simd, 1.0), Floats::splat(simd, 0.5));
         axes!(a => {
@@ -62,6 +86,13 @@ impl Source<'_> {
             mix((g[2] - g[0]) * first.select(one, half), (g[3] - g[1]) * last.select(one, half), local[a])
         })
     }
+}
+
+/// Between four values at (0, 0), (1, 0), (0, 1) and (1, 1).
+#[inline(always)]
+fn bilinear<S: Simd>(simd: S, f: [&[f32; LANES]; 4], u: Floats<S>, v: Floats<S>) -> Floats<S> {
+    let load = |n: usize| Floats::load_array_ref(simd, f[n]);
+    mix(mix(load(0), load(1), u), mix(load(2), load(3), u), v)
 }
 
 #[inline(always)]

@@ -122,16 +122,16 @@ fn draw_band<S: Simd>(simd: S, frame: &Frame, scene: &Scene, band: Band<'_>) {
     let height = rgba.len() as u32 / width;
     let mut hits = vec![];
     for packet in packets(width, height) {
-        let (x, y, pixels) = packet.pixels(simd, y0);
+        let pixels = packet.pixels(simd, y0);
         hits.clear();
         for layer in &frame.layers {
-            trace(simd, frame, scene, layer, layer.spans.at(packet.x0, y0), &x, &y, pixels, &mut hits);
+            trace(simd, frame, scene, layer, layer.spans.at(packet.x0, y0), &pixels, &mut hits);
         }
         let combined = combine(simd, scene.mode, &hits);
         if !combined.found.any_true() {
             continue;
         }
-        let world = vectors(simd, &frame.world_rays.direction, &x, &y);
+        let world = pixels.at(simd, &frame.world_rays.direction);
         let length = (world[0] * world[0] + world[1] * world[1] + world[2] * world[2]).sqrt();
         let depth = ((Doubles::splat(simd, frame.base_mm) + Doubles::of(combined.s)) * length).to_floats();
         for lane in numbers(combined.found) {
@@ -165,9 +165,9 @@ fn packets(width: u32, height: u32) -> impl Iterator<Item = Packet> {
 }
 
 impl Packet {
-    /// Columns and rows of the picture of its pixels, of which its lanes outside have none; the band begins at row `y0`.
+    /// Its pixels, where the band begins at row `y0` of the picture.
     #[inline(always)]
-    fn pixels<S: Simd>(&self, simd: S, y0: u32) -> (Doubles<S>, Doubles<S>, Mask<S>) {
+    fn pixels<S: Simd>(&self, simd: S, y0: u32) -> Pixels<S> {
         let (mut x, mut y, mut bits) = ([0.0; LANES], [0.0; LANES], 0);
         for lane in 0..LANES as u32 {
             let [dx, dy] = [lane % SIDE, lane / SIDE];
@@ -175,7 +175,7 @@ impl Packet {
             bits |= u64::from(dx < self.width && dy < self.height) << lane;
         }
         let doubles = |v| Doubles::of(Floats::load_array(simd, v));
-        (doubles(x), doubles(y), Mask::from_bitmask(simd, bits))
+        Pixels { x: doubles(x), y: doubles(y), inside: Mask::from_bitmask(simd, bits) }
     }
 
     /// The pixel of a lane in the band.
@@ -185,32 +185,40 @@ impl Packet {
     }
 }
 
-/// The values of pixels.
-#[inline(always)]
-fn vectors<S: Simd>(simd: S, of: &PixelAffine, x: &Doubles<S>, y: &Doubles<S>) -> [Doubles<S>; 3] {
-    let splat = |v| Doubles::splat(simd, v);
-    axes!(a => splat(of.base[a]) + *x * splat(of.per_x[a]) + *y * splat(of.per_y[a]))
+/// The pixels of a packet.
+struct Pixels<S: Simd> {
+    /// Columns and rows of the picture.
+    x: Doubles<S>,
+    y: Doubles<S>,
+    /// Which lie in the picture.
+    inside: Mask<S>,
+}
+
+impl<S: Simd> Pixels<S> {
+    /// What moves with the pixel, at each.
+    #[inline(always)]
+    fn at(&self, simd: S, of: &PixelAffine) -> [Doubles<S>; 3] {
+        let splat = |v| Doubles::splat(simd, v);
+        axes!(a => splat(of.base[a]) + self.x * splat(of.per_x[a]) + self.y * splat(of.per_y[a]))
+    }
 }
 
 /// The hits of one layer in a packet, shaded.
 #[inline(always)]
-#[allow(clippy::too_many_arguments)]
 fn trace<S: Simd>(
     simd: S,
     frame: &Frame,
     scene: &Scene,
     layer: &FrameLayer,
     [s_min, s_max]: [f32; 2],
-    x: &Doubles<S>,
-    y: &Doubles<S>,
-    pixels: Mask<S>,
+    pixels: &Pixels<S>,
     hits: &mut Vec<Shaded<S>>,
 ) {
     if s_min > s_max {
         return;
     }
     let field = field_of(layer, Source::Samples(layer.surface.volume.samples()));
-    let lines = Lines { origin: vectors(simd, &layer.rays.origin, x, y), direction: vectors(simd, &layer.rays.direction, x, y) };
+    let lines = Lines { origin: pixels.at(simd, &layer.rays.origin), direction: pixels.at(simd, &layer.rays.direction) };
     let mut s_far = Floats::splat(simd, s_max);
     if frame.only_nearest {
         // What lies behind an opaque hit is not asked for.
@@ -218,9 +226,9 @@ fn trace<S: Simd>(
             s_far = hit.found.select(s_far.min(hit.s), s_far);
         }
     }
-    let found = field.first_hits(simd, Method::Solver(scene.solver), &lines, Floats::splat(simd, s_min), s_far, pixels);
+    let found = field.first_hits(simd, Method::Solver(scene.solver), &lines, Floats::splat(simd, s_min), s_far, pixels.inside);
     if found.found.any_true() {
-        let world = vectors(simd, &frame.world_rays.direction, x, y);
+        let world = pixels.at(simd, &frame.world_rays.direction);
         let view = normalized(&axes!(a => world[a].to_floats()));
         let normal = normals(simd, &field, layer, &lines, &found, &view);
         let color = phong(simd, &scene.light, layer.color, &normal, &view, frame.toward_light, found.found);

@@ -4,7 +4,7 @@
 
 use super::fetch::Source;
 use super::walk::{Lines, Method};
-use super::{draw, field_of, packets, vectors};
+use super::{draw, field_of, packets};
 use crate::frame::{Frame, FrameLayer};
 use crate::lanes::{Floats, LANES, numbers};
 use crate::roots::Solver;
@@ -53,15 +53,15 @@ impl Rays<'_> {
             if s_min > s_max {
                 continue;
             }
-            let (x, y, pixels) = packet.pixels(simd, y0);
+            let pixels = packet.pixels(simd, y0);
             let mut limit = [0.0; LANES];
-            numbers(pixels).for_each(|lane| limit[lane] = limits[packet.index(lane, self.width)]);
+            numbers(pixels.inside).for_each(|lane| limit[lane] = limits[packet.index(lane, self.width)]);
             let limit = Floats::load_array(simd, limit);
             let rays = &self.layer.rays;
-            let lines = Lines { origin: vectors(simd, &rays.origin, &x, &y), direction: vectors(simd, &rays.direction, &x, &y) };
-            let hits = field.first_hits(simd, method, &lines, Floats::splat(simd, s_min), limit.min(s_max), pixels);
+            let lines = Lines { origin: pixels.at(simd, &rays.origin), direction: pixels.at(simd, &rays.direction) };
+            let hits = field.first_hits(simd, method, &lines, Floats::splat(simd, s_min), limit.min(s_max), pixels.inside);
             let depth = hits.found.select(hits.s, limit);
-            numbers(pixels).for_each(|lane| depths[packet.index(lane, self.width)] = depth[lane]);
+            numbers(pixels.inside).for_each(|lane| depths[packet.index(lane, self.width)] = depth[lane]);
         }
     }
 }

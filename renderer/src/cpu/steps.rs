@@ -25,7 +25,7 @@ pub(super) fn walk<S: Simd>(simd: S, field: &Field<'_>, per_voxel: u32, pace: &P
     hits.add(&hit(field, at, t0, &p0, begun, met.only(begun)));
     let mut walking = at.rays & !begun;
     loop {
-        n = n + 1.0;
+        n += 1.0;
         let t1 = n * step - at.s;
         walking &= !(t1.simd_gt(at.t_out) | (at.s + t0).simd_gt(at.s_max));
         if !walking.any_true() {

@@ -138,9 +138,26 @@ impl<S: Simd> Pace<S> {
 
     /// Distances from the coordinate `p` to `plane` along axis `a`; `other` where it is never reached.
     #[inline(always)]
-    pub fn to_plane(&self, a: usize, plane: Floats<S>, p: Floats<S>, other: f32) -> Floats<S> {
+    pub fn until_plane(&self, a: usize, plane: Floats<S>, p: Floats<S>, other: f32) -> Floats<S> {
         self.moves[a].select((plane - p) * self.inverse[a], Floats::splat(plane.token(), other))
     }
+}
+
+/// Rays on their way from brick to brick.
+struct Walkers<'a, S: Simd> {
+    lines: &'a Lines<S>,
+    pace: Pace<S>,
+    /// Where s is 0, as float32.
+    origin: Vecs<S>,
+    /// At or near the entry of each ray's brick.
+    s: Floats<S>,
+    /// Where they leave the box or what is asked for.
+    s_out: Floats<S>,
+    s_max: Floats<S>,
+    brick: [Ints<S>; 3],
+    /// The brick's number, i fastest, and its distance.
+    number: Ints<S>,
+    distance: Ints<S>,
 }
 
 /// Rays in bricks. Positions are relative to the brick's corner, t to s.
@@ -189,37 +206,36 @@ impl<'a> Field<'a> {
         }
         let pace = Pace::new(simd, axes!(a => lines.direction[a].to_floats()));
         let origin = axes!(a => lines.origin[a].to_floats());
-        let (mut s, s_out) = self.clip_to_box(&origin, &pace, s_min, s_max);
-        let mut walking = asked & s.simd_le(s_out);
+        let (s, s_out) = self.clip_to_box(&origin, &pace, s_min, s_max);
         let there = bricks_of(lines.at(s));
-        let mut brick = axes!(a => there[a].max(0).min(bricks[a] - 1));
+        let brick = axes!(a => there[a].max(0).min(bricks[a] - 1));
+        let none = Ints::splat(simd, 0);
+        let mut rays = Walkers { lines, pace, origin, s, s_out, s_max, brick, number: none, distance: none };
+        let mut walking = asked & s.simd_le(s_out);
         while walking.any_true() {
             // Leap until each ray is in a brick that may hold the surface.
             let mut leaping = walking;
-            let mut number = Ints::splat(simd, 0);
-            let mut distance = number;
             loop {
-                number = leaping.select((brick[2] * bricks[1] + brick[1]) * bricks[0] + brick[0], number);
-                distance = leaping.select(self.distances(simd, number, leaping), distance);
-                leaping &= distance.simd_gt(0);
+                self.look_up(simd, &mut rays, leaping);
+                leaping &= rays.distance.simd_gt(0);
                 if !leaping.any_true() {
                     break;
                 }
-                let inside = self.leave(lines, &pace, &origin, s_out, &mut s, &mut brick, distance, leaping);
+                let inside = self.leave(&mut rays, leaping);
                 walking &= !leaping | inside;
                 leaping &= inside;
             }
-            let at = self.enter_brick(simd, lines, &pace, &brick, number, s, s_max, walking);
+            let at = self.enter_brick(simd, &rays, walking);
             if at.rays.any_true() {
                 let found = match method {
-                    Method::Solver(Solver::Step(steps)) => steps::walk(simd, self, steps.number(), &pace, &at),
-                    _ => cells::walk(simd, self, method, &pace, &at),
+                    Method::Solver(Solver::Step(steps)) => steps::walk(simd, self, steps.number(), &rays.pace, &at),
+                    _ => cells::walk(simd, self, method, &rays.pace, &at),
                 };
                 hits.add(&found);
                 walking &= !found.found;
             }
             if walking.any_true() {
-                walking &= self.leave(lines, &pace, &origin, s_out, &mut s, &mut brick, distance, walking);
+                walking &= self.leave(&mut rays, walking);
             }
         }
         hits.found &= hits.s.simd_le(s_max);
@@ -229,46 +245,41 @@ impl<'a> Field<'a> {
     /// Takes the rays of `of` to the brick behind the block of bricks that are known to be empty, or behind their brick alone, and says
     /// which are still in the box and the span.
     #[inline(always)]
-    fn leave<S: Simd>(
-        &self,
-        lines: &Lines<S>,
-        pace: &Pace<S>,
-        origin: &Vecs<S>,
-        s_out: Floats<S>,
-        s: &mut Floats<S>,
-        brick: &mut [Ints<S>; 3],
-        distance: Ints<S>,
-        of: Mask<S>,
-    ) -> Mask<S> {
+    fn leave<S: Simd>(&self, rays: &mut Walkers<'_, S>, of: Mask<S>) -> Mask<S> {
+        let (pace, brick) = (&rays.pace, rays.brick);
         let bricks = self.map.dims().map(|n| n as i32);
-        let reach = distance.max(1) - 1;
+        let reach = rays.distance.max(1) - 1;
         let low = axes!(a => brick[a] - reach);
         let high = axes!(a => brick[a] + reach);
         let s_planes = axes!(a => {
             let plane = pace.forward[a].select(high[a] + 1, low[a]) * BRICK as i32;
-            pace.to_plane(a, plane.to_float(), origin[a], FAR)
+            pace.until_plane(a, plane.to_float(), rays.origin[a], FAR)
         });
         let (s_exit, axis) = least(&s_planes);
-        *s = of.select(s.max(s_exit), *s);
+        rays.s = of.select(rays.s.max(s_exit), rays.s);
         // A ray never turns back: other axes stay between this brick and the block's far side.
-        let there = bricks_of(lines.at(*s));
+        let there = bricks_of(rays.lines.at(rays.s));
         let next = axes!(a => {
             let stay = there[a].max(pace.forward[a].select(brick[a], low[a])).min(pace.forward[a].select(high[a], brick[a]));
             axis[a].select(pace.forward[a].select(high[a] + 1, low[a] - 1), stay.max(0).min(bricks[a] - 1))
         });
         let outside = axes!(a => next[a].simd_lt(0) | next[a].simd_ge(bricks[a]));
-        let inside = of & s_exit.simd_lt(s_out) & !(outside[0] | outside[1] | outside[2]);
-        *brick = axes!(a => inside.select(next[a], brick[a]));
+        let inside = of & s_exit.simd_lt(rays.s_out) & !(outside[0] | outside[1] | outside[2]);
+        rays.brick = axes!(a => inside.select(next[a], brick[a]));
         inside
     }
 
+    /// Looks up the bricks of the rays of `of`.
     #[inline(always)]
-    fn distances<S: Simd>(&self, simd: S, number: Ints<S>, of: Mask<S>) -> Ints<S> {
-        let (number, mut distances) = (number.to_array(), [0; LANES]);
+    fn look_up<S: Simd>(&self, simd: S, rays: &mut Walkers<'_, S>, of: Mask<S>) {
+        let [nx, ny, _] = self.map.dims().map(|n| n as i32);
+        let [x, y, z] = rays.brick;
+        rays.number = of.select((z * ny + y) * nx + x, rays.number);
+        let (number, mut distances) = (rays.number.to_array(), [0; LANES]);
         for lane in numbers(of) {
             distances[lane] = i32::from(self.map.distances()[number[lane] as usize]);
         }
-        Ints::load_array(simd, distances)
+        rays.distance = of.select(Ints::load_array(simd, distances), rays.distance);
     }
 
     /// First and last s within the box of the interpolant, and the span that is asked for; the first is the larger where it is missed.
@@ -278,8 +289,8 @@ impl<'a> Field<'a> {
         let zero = Floats::splat(simd, 0.0);
         let last = self.dims.map(|n| Floats::splat(simd, (n - 1) as f32));
         let beside = axes!(a => !pace.moves[a] & (origin[a].simd_lt(zero) | origin[a].simd_gt(last[a])));
-        let near = axes!(a => pace.to_plane(a, pace.forward[a].select(zero, last[a]), origin[a], 0.0));
-        let far = axes!(a => pace.to_plane(a, pace.forward[a].select(last[a], zero), origin[a], FAR));
+        let near = axes!(a => pace.until_plane(a, pace.forward[a].select(zero, last[a]), origin[a], 0.0));
+        let far = axes!(a => pace.until_plane(a, pace.forward[a].select(last[a], zero), origin[a], FAR));
         let s_in = s_min.max(zero).max(near[0]).max(near[1]).max(near[2]);
         let s_out = s_max.min(far[0]).min(far[1]).min(far[2]);
         (s_in, (beside[0] | beside[1] | beside[2]).select(Floats::splat(simd, -FAR), s_out))
@@ -287,26 +298,17 @@ impl<'a> Field<'a> {
 
     /// Where the rays of `of` are within a brick, of which `s` is at or near the entry; some miss it.
     #[inline(always)]
-    fn enter_brick<S: Simd>(
-        &self,
-        simd: S,
-        lines: &Lines<S>,
-        pace: &Pace<S>,
-        brick: &[Ints<S>; 3],
-        number: Ints<S>,
-        s: Floats<S>,
-        s_max: Floats<S>,
-        of: Mask<S>,
-    ) -> InBrick<S> {
+    fn enter_brick<S: Simd>(&self, simd: S, rays: &Walkers<'_, S>, of: Mask<S>) -> InBrick<S> {
+        let Walkers { ref pace, s, s_max, brick, .. } = *rays;
         let zero = Floats::splat(simd, 0.0);
         let corner = axes!(a => brick[a] * BRICK as i32);
         let size = axes!(a => (self.dims[a] - 1 - corner[a]).min(BRICK as i32).to_float::<Floats<S>>());
-        let from = lines.at(s);
+        let from = rays.lines.at(s);
         let origin = axes!(a => (from[a] - Doubles::of(corner[a].to_float())).to_floats());
         // From here on t is relative to s: small numbers, small errors. Never before the eye.
         let near = axes!(a => pace.forward[a].select(zero, size[a]));
-        let far = axes!(a => pace.to_plane(a, pace.forward[a].select(size[a], zero), origin[a], FAR));
-        let t_near = axes!(a => -pace.to_plane(a, near[a], origin[a], -FAR));
+        let far = axes!(a => pace.until_plane(a, pace.forward[a].select(size[a], zero), origin[a], FAR));
+        let t_near = axes!(a => -pace.until_plane(a, near[a], origin[a], -FAR));
         let (t_entry, axis) = least(&t_near);
         let through_face = (-t_entry).simd_gt(-s);
         let t = through_face.select(-t_entry, -s);
@@ -314,12 +316,12 @@ impl<'a> Field<'a> {
         let entry = axes!(a => axis[a] & through_face);
         let p = axes!(a => entry[a].select(near[a], (origin[a] + t * pace.direction[a]).max(zero).min(size[a])));
         let mut mask = [0; LANES];
-        let rays = of & t.simd_lt(t_out);
-        let number = number.to_array();
-        for lane in numbers(rays) {
+        let inside = of & t.simd_lt(t_out);
+        let number = rays.number.to_array();
+        for lane in numbers(inside) {
             mask[lane] = (self.masks.slots()[number[lane] as usize] as usize * WORDS) as i32;
         }
-        InBrick { rays, brick: *brick, mask: Ints::load_array(simd, mask), corner, size, s, s_max, origin, t, t_out, p, entry }
+        InBrick { rays: inside, brick, mask: Ints::load_array(simd, mask), corner, size, s, s_max, origin, t, t_out, p, entry }
     }
 
     /// Which of the rays of `of` are in cells that can hold the surface.
@@ -349,7 +351,9 @@ impl<'a> Field<'a> {
     /// Corner values of cells relative to the level, positive inside; corner x + 2y + 4z is at (x, y, z).
     #[inline(always)]
     pub fn corners<S: Simd>(&self, simd: S, cell: &[Ints<S>; 3], of: Mask<S>) -> [Floats<S>; 8] {
-        self.source.corners(simd, self.dims, cell, of).map(|f| self.sign * (f - self.level))
+        let f = self.source.corners(simd, self.dims, cell, of);
+        let at = |c: usize| self.sign * (f[c] - self.level);
+        [at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7)]
     }
 
     /// Outward direction of the isosurface in index space.
