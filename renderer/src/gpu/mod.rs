@@ -1,6 +1,7 @@
-//! The GPU renderer: one compute pass for each volume and one for shading, a batch of tiles at a time, so that no dispatch comes near
+//! The GPU renderer: one compute pass for each volume and one for shading, a batch of blocks at a time, so that no dispatch comes near
 //! the time after which operating systems kill it.
 
+mod blocks;
 mod device;
 mod layout;
 mod pipelines;
@@ -22,10 +23,8 @@ use crate::{RenderError, Renderer, Split};
 use bregma_volume::{Samples, Volume};
 use std::sync::{Arc, Weak};
 
-/// Side of a tile in pixels; below 256 pixel numbers have 8 bits, which keeps ray set-up exact (see `line.wgsl`).
-const TILE: u32 = 256;
-/// Tiles in one dispatch: about 0.2 s of a software driver, a few ms of a graphics card.
-const BATCH: u64 = 8;
+/// Blocks in one dispatch: about 0.1 s of a software driver, a few ms of a graphics card.
+const BATCH: usize = 8192;
 
 macro_rules! wgsl {
     ($name:literal) => {
@@ -83,11 +82,13 @@ fn trace_source(component: &str, solver: Solver, parts: Parts) -> String {
         Solver::Filter => [&solve, filtered, wgsl!("filter_cells")].join("\n"),
         _ => [&solve, wgsl!("cells")].join("\n"),
     };
-    [wgsl!("line"), &samples, &in_brick, wgsl!("walk"), wgsl!("trace")].join("\n")
+    [wgsl!("line"), &samples, &in_brick, wgsl!("walk"), wgsl!("blocks"), wgsl!("trace")].join("\n")
 }
 
 /// The WGSL of the shading pass.
-const SHADE: &str = wgsl!("shade");
+fn shade_source() -> String {
+    [wgsl!("blocks"), wgsl!("shade")].join("\n")
+}
 
 /// Draws on the GPU. Keeps volumes, distance maps and pictures there between frames.
 #[derive(Debug)]
@@ -138,11 +139,11 @@ impl GpuRenderer {
     fn draw(&mut self, frame: &Frame, scene: &Scene, width: u32, height: u32) -> Result<Picture, GpuError> {
         let plan = self.plan(frame, scene, width, height, frame.layers.len())?;
         let target = match self.target.take() {
-            Some(t) if t.width == width && t.height == height => t,
-            _ => Target::new(&self.gpu, width, height),
+            Some(t) if t.fits(&plan, width, height) => t,
+            _ => Target::new(&self.gpu, &plan, width, height),
         };
         self.pipelines.run(&self.gpu, &plan, &target);
-        let picture = target.read(&self.gpu, frame)?;
+        let picture = target.read(&self.gpu, &plan, frame, scene)?;
         self.target = Some(target);
         Ok(picture)
     }
