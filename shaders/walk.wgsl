@@ -194,34 +194,40 @@ fn met_at_entry(pace: Pace, at: InBrick) -> u32 {
     return select(MET_ISOSURFACE, MET_FACE, any(at.entry & (at.brick == outermost)));
 }
 
-// Corner values relative to the level, positive inside, of the lower face of a cell: (0,0), (1,0), (0,1), (1,1).
-fn corners(at: vec3<i32>) -> vec4<f32> {
-    return vec4<f32>(
-        relative(at),
-        relative(at + vec3<i32>(1, 0, 0)),
-        relative(at + vec3<i32>(0, 1, 0)),
-        relative(at + vec3<i32>(1, 1, 0)),
-    );
-}
-
-// Gradient at a point of a cell, in index space and pointing inward: central differences at the corners, interpolated.
+// Gradient at a point of a cell, in index space and pointing inward: central differences of samples, one-sided at the grid's border,
+// interpolated. Of the samples along an axis that are interpolated across it, the differences are those that the samples' would be.
 fn smooth_gradient(cell: vec3<i32>, local: vec3<f32>) -> vec3<f32> {
-    var sum = vec3<f32>(0.0);
-    for (var c = 0; c < 8; c++) {
-        let offset = vec3<i32>(c & 1, (c >> 1u) & 1, c >> 2u);
-        let weights = select(1.0 - local, local, offset == vec3<i32>(1));
-        sum += weights.x * weights.y * weights.z * central_difference(cell + offset);
-    }
-    return sum;
+    let low = around(cell, local.xy);
+    let high = around(cell + vec3<i32>(0, 0, 1), local.xy);
+    let x = mix(low.along_x, high.along_x, local.z);
+    let y = mix(low.along_y, high.along_y, local.z);
+    let below = bilinear(corners(cell - vec3<i32>(0, 0, 1)), local.xy);
+    let above = bilinear(corners(cell + vec3<i32>(0, 0, 2)), local.xy);
+    let z = vec4<f32>(below, mix(low.along_x.y, low.along_x.z, local.x), mix(high.along_x.y, high.along_x.z, local.x), above);
+    // At the border the sample beyond is the one at the border.
+    let at_low = select(vec3<f32>(0.5), vec3<f32>(1.0), cell == vec3<i32>(0)) * (vec3<f32>(x.z, y.z, z.z) - vec3<f32>(x.x, y.x, z.x));
+    let at_high =
+        select(vec3<f32>(0.5), vec3<f32>(1.0), cell == params.dims - 2) * (vec3<f32>(x.w, y.w, z.w) - vec3<f32>(x.y, y.y, z.y));
+    return mix(at_low, at_high, local);
 }
 
-fn central_difference(at: vec3<i32>) -> vec3<f32> {
-    let down = max(at - 1, vec3<i32>(0));
-    let up = min(at + 1, params.dims - 1);
-    let difference = vec3<f32>(
-        relative(vec3<i32>(up.x, at.yz)) - relative(vec3<i32>(down.x, at.yz)),
-        relative(vec3<i32>(at.x, up.y, at.z)) - relative(vec3<i32>(at.x, down.y, at.z)),
-        relative(vec3<i32>(at.xy, up.z)) - relative(vec3<i32>(at.xy, down.z)),
+// In a layer of samples, four values along each axis: from the one before a cell to the one behind it, interpolated across.
+struct Around {
+    along_x: vec4<f32>,
+    along_y: vec4<f32>,
+}
+
+fn around(cell: vec3<i32>, local: vec2<f32>) -> Around {
+    let low_low = corners(cell + vec3<i32>(-1, -1, 0));
+    let high_low = corners(cell + vec3<i32>(1, -1, 0));
+    let low_high = corners(cell + vec3<i32>(-1, 1, 0));
+    let high_high = corners(cell + vec3<i32>(1, 1, 0));
+    return Around(
+        mix(vec4<f32>(low_low.zw, high_low.zw), vec4<f32>(low_high.xy, high_high.xy), local.y),
+        mix(vec4<f32>(low_low.yw, low_high.yw), vec4<f32>(high_low.xz, high_high.xz), local.x),
     );
-    return difference / vec3<f32>(up - down);
+}
+
+fn bilinear(v: vec4<f32>, p: vec2<f32>) -> f32 {
+    return mix(mix(v.x, v.y, p.x), mix(v.z, v.w, p.x), p.y);
 }

@@ -120,7 +120,11 @@ mod tests {
     #[test]
     fn rust_and_wgsl_agree_on_every_offset() {
         // Fails when a field is added, moved or retyped on one side only: the GPU would read noise.
-        let trace = super::super::trace_source("f32", crate::roots::Solver::Exact, super::super::Parts::Solve);
+        let trace = super::super::trace_source(
+            super::super::Reads { component: "f32", in_layers: true },
+            crate::roots::Solver::Exact,
+            super::super::Parts::Solve,
+        );
         let shade = super::super::shade_source();
         same_layout!(&trace, "PixelAffine", PixelAffinePairs, [base_hi, base_lo, per_x_hi, per_x_lo, per_y_hi, per_y_lo]);
         same_layout!(

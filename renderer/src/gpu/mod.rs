@@ -20,7 +20,7 @@ use crate::occupancy::DistanceMap;
 use crate::roots::{PerVoxel, Solver, Steps};
 use crate::scene::{Picture, Scene};
 use crate::{RenderError, Renderer, Split};
-use bregma_volume::{Samples, Volume};
+use bregma_volume::Volume;
 use std::sync::{Arc, Weak};
 
 /// Blocks in one dispatch: about 0.1 s of a software driver, a few ms of a graphics card.
@@ -71,9 +71,19 @@ enum Parts {
     Solve,
 }
 
-/// The WGSL of the pass over a volume whose texture has components of type `component`, with one solver compiled in.
-fn trace_source(component: &str, solver: Solver, parts: Parts) -> String {
-    let samples = if parts == Parts::Walk { wgsl!("unread").to_owned() } else { wgsl!("samples").replace("SAMPLE", component) };
+/// How a pass reads samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Reads {
+    /// Component type of their texture.
+    component: &'static str,
+    /// From an array of 2D textures, not from a 3D texture.
+    in_layers: bool,
+}
+
+/// The WGSL of the pass over a volume, with one solver compiled in.
+fn trace_source(reads: Reads, solver: Solver, parts: Parts) -> String {
+    let samples = if reads.in_layers { wgsl!("samples") } else { wgsl!("samples_3d") };
+    let samples = if parts == Parts::Walk { wgsl!("unread").to_owned() } else { samples.replace("SAMPLE", reads.component) };
     let filtered = if parts == Parts::Walk { "" } else { wgsl!("filtered") };
     let unsolved = [wgsl!("unsolved"), wgsl!("filter")].join("\n");
     let solve = if parts == Parts::Solve { solver_source(solver) } else { unsolved };
@@ -117,15 +127,12 @@ impl GpuRenderer {
         cached(&mut self.volumes, volume, || upload::upload_samples(&self.gpu, volume))
     }
 
-    /// The samples as what hardware filters; where they are float32 already, the texture that the other solvers take.
+    /// The samples as what hardware filters.
     fn filtered_texture(&mut self, volume: &Arc<Volume>) -> Result<wgpu::Texture, GpuError> {
         if !self.gpu.filters_f32() {
             return Err(GpuError::NoFilter { adapter: self.gpu.info.name.clone() });
         }
-        match volume.samples() {
-            Samples::F32(_) => self.sample_texture(volume),
-            _ => cached(&mut self.filtered, volume, || upload::upload_as_f32(&self.gpu, volume)),
-        }
+        cached(&mut self.filtered, volume, || upload::upload_as_f32(&self.gpu, volume))
     }
 
     fn map_texture(&mut self, map: &Arc<DistanceMap>, masks: &CellMasks) -> Result<wgpu::Texture, GpuError> {

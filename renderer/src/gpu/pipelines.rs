@@ -4,7 +4,7 @@ use super::blocks::{BLOCK_PIXELS, pixel_in_block};
 use super::device::{Gpu, GpuError};
 use super::layout::{Block, TraceParams};
 use super::plan::Plan;
-use super::{Parts, shade_source, trace_source};
+use super::{Parts, Reads, shade_source, trace_source};
 use crate::frame::Frame;
 use crate::roots::Solver;
 use crate::scene::{Picture, Scene};
@@ -12,12 +12,15 @@ use crate::spans::BLOCK;
 use rayon::prelude::*;
 use std::ops::Range;
 use std::time::Instant;
-use wgpu::{BindGroupEntry, BindGroupLayoutEntry, BindingType, BufferBindingType, BufferUsages, SamplerBindingType, TextureSampleType};
+use wgpu::{
+    BindGroupEntry, BindGroupLayoutEntry, BindingType, BufferBindingType, BufferUsages, SamplerBindingType, TextureSampleType,
+    TextureViewDimension,
+};
 
 /// A pass over volumes of one component type, with one solver.
 #[derive(Debug)]
 struct Trace {
-    component: &'static str,
+    reads: Reads,
     solver: Solver,
     parts: Parts,
     layout: wgpu::BindGroupLayout,
@@ -32,6 +35,8 @@ pub(super) struct Pipelines {
     shade: wgpu::ComputePipeline,
     /// The hardware's trilinear filter, for the solver `filter`.
     pub filter: wgpu::Sampler,
+    /// For fetches of four texels.
+    nearest: wgpu::Sampler,
 }
 
 pub(super) fn entry(binding: u32, ty: BindingType) -> BindGroupLayoutEntry {
@@ -46,8 +51,8 @@ pub(super) fn bound(binding: u32, resource: wgpu::BindingResource<'_>) -> BindGr
     BindGroupEntry { binding, resource }
 }
 
-pub(super) fn volume_texture(sample_type: TextureSampleType) -> BindingType {
-    BindingType::Texture { sample_type, view_dimension: wgpu::TextureViewDimension::D3, multisampled: false }
+pub(super) fn volume_texture(sample_type: TextureSampleType, view_dimension: TextureViewDimension) -> BindingType {
+    BindingType::Texture { sample_type, view_dimension, multisampled: false }
 }
 
 /// The records of `size` bytes of some blocks in a buffer.
@@ -88,32 +93,35 @@ impl Pipelines {
         let linear = wgpu::FilterMode::Linear;
         let descriptor = wgpu::SamplerDescriptor { label: Some("filter"), mag_filter: linear, min_filter: linear, ..Default::default() };
         let filter = gpu.device.create_sampler(&descriptor);
-        Self { trace: vec![], shade_layout, shade, filter }
+        let nearest = gpu.device.create_sampler(&Default::default());
+        Self { trace: vec![], shade_layout, shade, filter, nearest }
     }
 
-    /// Compiles the pass for `component`, `solver` and `parts`, if it is not yet; its number.
-    fn trace(&mut self, gpu: &Gpu, component: &'static str, solver: Solver, parts: Parts) -> usize {
-        if let Some(known) = self.trace.iter().position(|t| t.component == component && t.solver == solver && t.parts == parts) {
+    /// Compiles the pass for `reads`, `solver` and `parts`, if it is not yet; its number.
+    fn trace(&mut self, gpu: &Gpu, reads: Reads, solver: Solver, parts: Parts) -> usize {
+        if let Some(known) = self.trace.iter().position(|t| t.reads == reads && t.solver == solver && t.parts == parts) {
             return known;
         }
-        let sample_type = match component {
+        let sample_type = match reads.component {
             "u32" => TextureSampleType::Uint,
             "i32" => TextureSampleType::Sint,
             _ => TextureSampleType::Float { filterable: solver == Solver::Filter },
         };
         let mut entries = vec![
             entry(0, storage(true)),
-            entry(1, volume_texture(sample_type)),
-            entry(2, volume_texture(TextureSampleType::Uint)),
+            entry(1, volume_texture(sample_type, if reads.in_layers { TextureViewDimension::D2Array } else { TextureViewDimension::D3 })),
+            entry(2, volume_texture(TextureSampleType::Uint, TextureViewDimension::D3)),
             entry(3, storage(false)),
             entry(5, storage(true)),
             entry(6, storage(true)),
         ];
         if solver == Solver::Filter {
             entries.push(entry(4, BindingType::Sampler(SamplerBindingType::Filtering)));
+        } else if reads.in_layers {
+            entries.push(entry(4, BindingType::Sampler(SamplerBindingType::NonFiltering)));
         }
-        let (layout, pipeline) = compile(gpu, "trace", &trace_source(component, solver, parts), &entries);
-        self.trace.push(Trace { component, solver, parts, layout, pipeline });
+        let (layout, pipeline) = compile(gpu, "trace", &trace_source(reads, solver, parts), &entries);
+        self.trace.push(Trace { reads, solver, parts, layout, pipeline });
         self.trace.len() - 1
     }
 
@@ -129,7 +137,10 @@ impl Pipelines {
     ) -> wgpu::BindGroup {
         let (trace, volume) = (&self.trace[number], &plan.volumes[pass]);
         let params = filled_buffer(gpu, bytemuck::bytes_of(params), BufferUsages::STORAGE);
-        let [samples, map] = [&volume.samples, &volume.map].map(|t| t.create_view(&Default::default()));
+        // Of a single layer the default is no array.
+        let dimension = volume.reads.in_layers.then_some(TextureViewDimension::D2Array);
+        let samples = volume.samples.create_view(&wgpu::TextureViewDescriptor { dimension, ..Default::default() });
+        let map = volume.map.create_view(&Default::default());
         let texture = wgpu::BindingResource::TextureView;
         let mut entries = vec![
             bound(0, params.as_entire_binding()),
@@ -141,6 +152,8 @@ impl Pipelines {
         ];
         if trace.solver == Solver::Filter {
             entries.push(bound(4, wgpu::BindingResource::Sampler(&self.filter)));
+        } else if volume.reads.in_layers {
+            entries.push(bound(4, wgpu::BindingResource::Sampler(&self.nearest)));
         }
         gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("trace"), layout: &trace.layout, entries: &entries })
     }
@@ -155,7 +168,7 @@ impl Pipelines {
         blocks: &Range<usize>,
         hits: &wgpu::Buffer,
     ) -> Result<f64, GpuError> {
-        let number = self.trace(gpu, plan.volumes[pass].component, plan.solver, parts);
+        let number = self.trace(gpu, plan.volumes[pass].reads, plan.solver, parts);
         let group = self.trace_group(gpu, number, plan, (pass, params), blocks, hits);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let mut compute = encoder.begin_compute_pass(&Default::default());
@@ -174,7 +187,7 @@ impl Pipelines {
     pub fn run(&mut self, gpu: &Gpu, plan: &Plan, target: &Target) {
         // No volume has no blocks.
         let Some(first) = plan.volumes.first() else { return };
-        let numbers: Vec<usize> = plan.volumes.iter().map(|v| self.trace(gpu, v.component, plan.solver, Parts::Solve)).collect();
+        let numbers: Vec<usize> = plan.volumes.iter().map(|v| self.trace(gpu, v.reads, plan.solver, Parts::Solve)).collect();
         let colors = filled_buffer(gpu, bytemuck::cast_slice(&plan.colors), BufferUsages::STORAGE);
         let params = filled_buffer(gpu, bytemuck::bytes_of(&plan.shade), BufferUsages::STORAGE);
         for blocks in plan.batches() {

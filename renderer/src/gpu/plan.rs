@@ -3,7 +3,7 @@
 use super::blocks::{self, BLOCK_PIXELS};
 use super::layout::{Block, PixelAffinePairs, ShadeLayer, ShadeParams, TraceParams, padded, padded_matrix};
 use super::pipelines::{HIT_BYTES, filled_buffer};
-use super::{BATCH, GpuError, GpuRenderer, upload};
+use super::{BATCH, GpuError, GpuRenderer, Reads, upload};
 use crate::frame::{Frame, FrameLayer};
 use crate::roots::Solver;
 use crate::scene::{Mode, Scene};
@@ -45,8 +45,8 @@ impl Plan {
 #[derive(Debug)]
 pub(super) struct VolumeOnGpu {
     pub samples: wgpu::Texture,
-    /// Component type of the samples.
-    pub component: &'static str,
+    /// How they are read.
+    pub reads: Reads,
     /// Distances of bricks and numbers of their masks.
     pub map: wgpu::Texture,
     pub masks: wgpu::Buffer,
@@ -70,15 +70,18 @@ impl GpuRenderer {
         let pixels = blocks::seen(&layers);
         for layer in &layers {
             let volume = &layer.surface.volume;
-            let (samples, component) = match scene.solver {
-                Solver::Filter => (self.filtered_texture(volume)?, "f32"),
-                _ => (self.sample_texture(volume)?, upload::kind_of(volume.samples()).1),
+            let (samples, reads) = match scene.solver {
+                Solver::Filter => (self.filtered_texture(volume)?, Reads { component: "f32", in_layers: false }),
+                _ => {
+                    let (component, in_layers) = (upload::kind_of(volume.samples()).1, upload::has_layers(&self.gpu, volume));
+                    (self.sample_texture(volume)?, Reads { component, in_layers })
+                }
             };
             let map = self.map_texture(&layer.map, &layer.masks)?;
             let masks = self.mask_buffer(&layer.masks)?;
             let blocks = blocks::of_layer(layer, &pixels);
             let blocks = filled_buffer(&self.gpu, bytemuck::cast_slice(&blocks), wgpu::BufferUsages::STORAGE);
-            volumes.push(VolumeOnGpu { samples, component, map, masks, blocks });
+            volumes.push(VolumeOnGpu { samples, reads, map, masks, blocks });
         }
         let limit = self.gpu.device.limits().max_storage_buffer_binding_size / (HIT_BYTES * slots.max(1) as u64);
         let most = (limit as usize / BLOCK_PIXELS).min(BATCH);

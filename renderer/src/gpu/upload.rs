@@ -1,5 +1,6 @@
-//! Volumes as 3D textures in the type of their samples: `textureLoad` returns exactly what the file holds. Hardware filters no integers,
-//! so the solver `filter` takes them as float32.
+//! Volumes as textures in the type of their samples: shaders read exactly what the file holds. An array of 2D textures, one for each k,
+//! gives four samples in one fetch; a 3D texture takes what such an array does not. Hardware filters no integers, so the solver `filter`
+//! takes them as float32.
 
 use super::device::{Gpu, GpuError};
 use super::pipelines::filled_buffer;
@@ -25,19 +26,26 @@ pub(super) fn upload_samples(gpu: &Gpu, volume: &Volume) -> Result<wgpu::Texture
         Samples::I16(s) => bytemuck::cast_slice(s),
         Samples::F32(s) => bytemuck::cast_slice(s),
     };
-    upload(gpu, volume.grid().dims(), kind_of(volume.samples()).0, bytes)
+    upload(gpu, volume.grid().dims(), kind_of(volume.samples()).0, bytes, has_layers(gpu, volume))
+}
+
+/// Whether the samples of `volume` are an array of 2D textures, and not a 3D texture.
+pub(super) fn has_layers(gpu: &Gpu, volume: &Volume) -> bool {
+    let [nx, ny, nz] = volume.grid().dims();
+    let limits = gpu.device.limits();
+    nx.max(ny) <= limits.max_texture_dimension_2d as usize && nz <= limits.max_texture_array_layers as usize
 }
 
 /// Uploads the samples of `volume` as float32, which holds those of every type.
 pub(super) fn upload_as_f32(gpu: &Gpu, volume: &Volume) -> Result<wgpu::Texture, GpuError> {
     let samples: Vec<f32> = with_samples!(volume.samples(), s => s.iter().map(|s| s.to_f32()).collect());
-    upload(gpu, volume.grid().dims(), wgpu::TextureFormat::R32Float, bytemuck::cast_slice(&samples))
+    upload(gpu, volume.grid().dims(), wgpu::TextureFormat::R32Float, bytemuck::cast_slice(&samples), false)
 }
 
 /// Uploads a distance map with the numbers of the masks above its 8 bits.
 pub(super) fn upload_map(gpu: &Gpu, map: &DistanceMap, masks: &CellMasks) -> Result<wgpu::Texture, GpuError> {
     let texels: Vec<u32> = map.distances().iter().zip(masks.slots()).map(|(&distance, slot)| u32::from(distance) | slot << 8).collect();
-    upload(gpu, map.dims(), wgpu::TextureFormat::R32Uint, bytemuck::cast_slice(&texels))
+    upload(gpu, map.dims(), wgpu::TextureFormat::R32Uint, bytemuck::cast_slice(&texels), false)
 }
 
 /// Uploads the masks.
@@ -56,9 +64,16 @@ pub(super) fn upload_masks(gpu: &Gpu, masks: &CellMasks) -> Result<wgpu::Buffer,
 /// Bytes on their way at once: the driver keeps a copy of what is not yet on the card.
 const SLAB_BYTES: usize = 64 << 20;
 
-pub(super) fn upload(gpu: &Gpu, dims: [usize; 3], format: wgpu::TextureFormat, bytes: &[u8]) -> Result<wgpu::Texture, GpuError> {
+/// Uploads `dims` texels as an array of 2D textures with a layer for each k, which the limits allow, or as a 3D texture.
+pub(super) fn upload(
+    gpu: &Gpu,
+    dims: [usize; 3],
+    format: wgpu::TextureFormat,
+    bytes: &[u8],
+    in_layers: bool,
+) -> Result<wgpu::Texture, GpuError> {
     let limit = gpu.device.limits().max_texture_dimension_3d;
-    if dims.iter().any(|&n| n > limit as usize) {
+    if !in_layers && dims.iter().any(|&n| n > limit as usize) {
         return Err(GpuError::TooLarge { dims, limit, adapter: gpu.info.name.clone() });
     }
     let [width, height, depth] = dims.map(|n| n as u32);
@@ -68,7 +83,7 @@ pub(super) fn upload(gpu: &Gpu, dims: [usize; 3], format: wgpu::TextureFormat, b
         size: wgpu::Extent3d { width, height, depth_or_array_layers: depth },
         mip_level_count: 1,
         sample_count: 1,
-        dimension: wgpu::TextureDimension::D3,
+        dimension: if in_layers { wgpu::TextureDimension::D2 } else { wgpu::TextureDimension::D3 },
         format,
         usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
         view_formats: &[],
