@@ -1,5 +1,5 @@
-// Following a ray to its first hit: leaps between range bricks, until one may hold the surface; what is done there is `walk_brick`
-// of cells.wgsl or steps.wgsl.
+// Following a ray to its first hit: leaps between range bricks, until one may hold the surface; what is done there is `advance` and
+// `solve` of cells.wgsl, filter_cells.wgsl or steps.wgsl.
 // The twin of renderer/src/cpu/walk.rs, which says why each step is as it is.
 
 // For each brick its distance from the surface, and above 8 bits the number of its mask.
@@ -85,43 +85,63 @@ fn first_hit(line: Line, s_min: f32, s_max: f32) -> Hit {
         return missed();
     }
     var s = span.x;
-    var brick = clamp(brick_of(line_at(line, s)), vec3<i32>(0), bricks - 1);
+    var p = line_at(line, s);
+    var brick = clamp(brick_of(p), vec3<i32>(0), bricks - 1);
+    var distance = 0;
+    var at: InBrick;
+    var place: Place;
+    var is_new = true;
+    var hit = missed();
     loop {
-        let known = textureLoad(map, brick, 0).r;
-        let distance = i32(known & 0xffu);
-        if distance == 0 {
-            let at = enter_brick(line, pace, brick, known >> 8u, s, s_max);
-            if at.t < at.t_out {
-                let hit = walk_brick(pace, at);
-                if hit.met != MISSED {
-                    if hit.s <= s_max {
-                        return hit;
-                    }
-                    return missed();
-                }
+        // All rays of a subgroup first come to a place where they have to solve, be it bricks away, and then solve together. A branch
+        // costs as much for one of them as for all.
+        var is_past = false;
+        loop {
+            var is_within = true;
+            if is_new {
+                let known = textureLoad(map, brick, 0).r;
+                distance = i32(known & 0xffu);
+                at = enter_brick(pace, brick, known >> 8u, s, p, s_max);
+                place = first_place(pace, at);
+                is_within = distance == 0 && at.t < at.t_out;
+            }
+            if is_within {
+                is_within = advance(pace, at, &place);
+            }
+            is_new = !is_within;
+            if is_within {
+                break;
+            }
+            // Leave the block of bricks that are known to be empty, or this brick alone.
+            let reach = max(distance, 1) - 1;
+            let low = brick - reach;
+            let high = brick + reach;
+            let planes = select(low, high + 1, pace.forward) * BRICK;
+            let s_planes = to_planes(pace, vec3<f32>(planes), line.origin.hi, FAR);
+            let s_exit = least(s_planes);
+            let axis = axis_of(s_planes, s_exit);
+            s = max(s, s_exit);
+            p = line_at(line, s);
+            // A ray never turns back: other axes stay between this brick and the block's far side.
+            let stay = clamp(brick_of(p), select(low, brick, pace.forward), select(brick, high, pace.forward));
+            brick = select(clamp(stay, vec3<i32>(0), bricks - 1), select(low - 1, high + 1, pace.forward), axis);
+            is_past = s_exit >= span.y || any(brick < vec3<i32>(0)) || any(brick >= bricks);
+            if is_past {
+                break;
             }
         }
-        // Leave the block of bricks that are known to be empty, or this brick alone.
-        let reach = max(distance, 1) - 1;
-        let low = brick - reach;
-        let high = brick + reach;
-        let planes = select(low, high + 1, pace.forward) * BRICK;
-        let s_planes = to_planes(pace, vec3<f32>(planes), line.origin.hi, FAR);
-        let s_exit = least(s_planes);
-        let axis = axis_of(s_planes, s_exit);
-        if s_exit >= span.y {
-            return missed();
+        if is_past {
+            break;
         }
-        s = max(s, s_exit);
-        // A ray never turns back: other axes stay between this brick and the block's far side.
-        let there = brick_of(line_at(line, s));
-        let stay = clamp(there, select(low, brick, pace.forward), select(brick, high, pace.forward));
-        brick = select(clamp(stay, vec3<i32>(0), bricks - 1), select(low - 1, high + 1, pace.forward), axis);
-        if any(brick < vec3<i32>(0)) || any(brick >= bricks) {
-            return missed();
+        hit = solve(pace, at, &place);
+        if hit.met != MISSED {
+            break;
         }
     }
-    return missed();
+    if hit.s > s_max {
+        return missed();
+    }
+    return hit;
 }
 
 // First and last s within the box of the interpolant, and the span that is asked for; the first is the larger when it is missed.
@@ -156,6 +176,8 @@ struct InBrick {
     // Where the ray enters and leaves.
     t: f32,
     t_out: f32,
+    // Where it leaves or nothing more is asked for.
+    t_end: f32,
     // Position where it enters; exact on the axis that it enters along.
     p: vec3<f32>,
     entry: vec3<bool>,
@@ -167,11 +189,11 @@ fn may_hold(at: InBrick, cell: vec3<i32>) -> bool {
     return ((word >> u32((cell.y & 3) * 8 + cell.x)) & 1u) == 1u;
 }
 
-// Where the ray is within a brick, of which s is at or near its entry; it misses it when t is not below t_out.
-fn enter_brick(line: Line, pace: Pace, brick: vec3<i32>, slot: u32, s: f32, s_max: f32) -> InBrick {
+// Where the ray is within a brick, when it is at `position` at s, at or near its entry; it misses it when t is not below t_out.
+fn enter_brick(pace: Pace, brick: vec3<i32>, slot: u32, s: f32, position: Double, s_max: f32) -> InBrick {
     let corner = brick * BRICK;
     let size = min(params.dims - 1 - corner, vec3<i32>(BRICK));
-    let origin = relative_to(line_at(line, s), vec3<f32>(corner));
+    let origin = relative_to(position, vec3<f32>(corner));
     // From here on t is relative to s: small numbers, small errors. Never before the eye.
     let near = vec3<f32>(select(size, vec3<i32>(0), pace.forward));
     let far = vec3<f32>(select(vec3<i32>(0), size, pace.forward));
@@ -182,7 +204,7 @@ fn enter_brick(line: Line, pace: Pace, brick: vec3<i32>, slot: u32, s: f32, s_ma
     let t = max(-s, t_entry);
     let t_out = least(to_planes(pace, far, origin, FAR));
     let p = select(clamp(origin + t * pace.direction, vec3<f32>(0.0), vec3<f32>(size)), near, entry);
-    return InBrick(brick, slot, corner, size, s, s_max, origin, t, t_out, p, entry);
+    return InBrick(brick, slot, corner, size, s, s_max, origin, t, t_out, min(t_out, s_max - s), p, entry);
 }
 
 // What a ray meets that is inside where it enters a brick.
