@@ -3,11 +3,13 @@
 // The twin of renderer/src/cpu/walk.rs, which says why each step is as it is.
 
 // For each brick its distance from the surface, and above 8 bits the number of its mask.
-@group(0) @binding(2) var map: texture_3d<u32>;
-// 16 numbers for each mask, two for each layer of cells: bit x + 8y of a layer is cell (x, y).
-@group(0) @binding(5) var<storage, read> masks: array<u32>;
+@group(0) @binding(2) var map: texture_storage_3d<r32uint, read>;
+// 16 numbers for each mask, side by side, two for each layer of cells: bit x + 8y of a layer is cell (x, y).
+@group(0) @binding(5) var masks: texture_storage_2d<r32uint, read>;
 
 const BRICK: i32 = 8;
+// Masks in a row.
+const MASKS_ACROSS: u32 = 512u;
 const STILL: f32 = 1e-12;
 const FAR: f32 = 1e30;
 
@@ -90,6 +92,7 @@ fn first_hit(line: Line, s_min: f32, s_max: f32) -> Hit {
     var distance = 0;
     var at: InBrick;
     var place: Place;
+    // Whether the brick is yet to be entered.
     var is_new = true;
     var hit = missed();
     loop {
@@ -99,7 +102,7 @@ fn first_hit(line: Line, s_min: f32, s_max: f32) -> Hit {
         loop {
             var is_within = true;
             if is_new {
-                let known = textureLoad(map, brick, 0).r;
+                let known = textureLoad(map, brick).r;
                 distance = i32(known & 0xffu);
                 at = enter_brick(pace, brick, known >> 8u, s, p, s_max);
                 place = first_place(pace, at);
@@ -161,8 +164,8 @@ fn clip_to_box(line: Line, pace: Pace, s_min: f32, s_max: f32) -> vec2<f32> {
 // A ray in a brick. Positions are relative to its corner, t to s.
 struct InBrick {
     brick: vec3<i32>,
-    // Number of its mask.
-    slot: u32,
+    // First number of its mask.
+    mask: vec2<i32>,
     // First sample of the brick.
     corner: vec3<i32>,
     // Cells along each side.
@@ -185,12 +188,13 @@ struct InBrick {
 
 // Whether a cell of the brick can hold the surface.
 fn may_hold(at: InBrick, cell: vec3<i32>) -> bool {
-    let word = masks[at.slot * 16u + u32(cell.z * 2 + (cell.y >> 2u))];
+    let word = textureLoad(masks, at.mask + vec2<i32>(cell.z * 2 + (cell.y >> 2u), 0)).r;
     return ((word >> u32((cell.y & 3) * 8 + cell.x)) & 1u) == 1u;
 }
 
 // Where the ray is within a brick, when it is at `position` at s, at or near its entry; it misses it when t is not below t_out.
 fn enter_brick(pace: Pace, brick: vec3<i32>, slot: u32, s: f32, position: Double, s_max: f32) -> InBrick {
+    let mask = vec2<i32>(vec2<u32>(slot % MASKS_ACROSS * 16u, slot / MASKS_ACROSS));
     let corner = brick * BRICK;
     let size = min(params.dims - 1 - corner, vec3<i32>(BRICK));
     let origin = relative_to(position, vec3<f32>(corner));
@@ -204,7 +208,7 @@ fn enter_brick(pace: Pace, brick: vec3<i32>, slot: u32, s: f32, position: Double
     let t = max(-s, t_entry);
     let t_out = least(to_planes(pace, far, origin, FAR));
     let p = select(clamp(origin + t * pace.direction, vec3<f32>(0.0), vec3<f32>(size)), near, entry);
-    return InBrick(brick, slot, corner, size, s, s_max, origin, t, t_out, min(t_out, s_max - s), p, entry);
+    return InBrick(brick, mask, corner, size, s, s_max, origin, t, t_out, min(t_out, s_max - s), p, entry);
 }
 
 // What a ray meets that is inside where it enters a brick.

@@ -110,7 +110,7 @@ pub struct GpuRenderer {
     /// As float32, for the solver `filter`.
     filtered: Vec<(Weak<Volume>, wgpu::Texture)>,
     map_textures: Vec<(Weak<DistanceMap>, wgpu::Texture)>,
-    mask_buffers: Vec<(Weak<CellMasks>, wgpu::Buffer)>,
+    mask_textures: Vec<(Weak<CellMasks>, wgpu::Texture)>,
     target: Option<Target>,
 }
 
@@ -119,8 +119,8 @@ impl GpuRenderer {
     pub fn new(software: bool) -> Result<Self, GpuError> {
         let gpu = Gpu::open(software)?;
         let pipelines = Pipelines::new(&gpu);
-        let (volumes, filtered, map_textures, mask_buffers) = (vec![], vec![], vec![], vec![]);
-        Ok(Self { gpu, pipelines, maps: MapCache::default(), volumes, filtered, map_textures, mask_buffers, target: None })
+        let (volumes, filtered, map_textures, mask_textures) = (vec![], vec![], vec![], vec![]);
+        Ok(Self { gpu, pipelines, maps: MapCache::default(), volumes, filtered, map_textures, mask_textures, target: None })
     }
 
     fn sample_texture(&mut self, volume: &Arc<Volume>) -> Result<wgpu::Texture, GpuError> {
@@ -139,8 +139,8 @@ impl GpuRenderer {
         cached(&mut self.map_textures, map, || upload::upload_map(&self.gpu, map, masks))
     }
 
-    fn mask_buffer(&mut self, masks: &Arc<CellMasks>) -> Result<wgpu::Buffer, GpuError> {
-        cached(&mut self.mask_buffers, masks, || upload::upload_masks(&self.gpu, masks))
+    fn mask_texture(&mut self, masks: &Arc<CellMasks>) -> Result<wgpu::Texture, GpuError> {
+        cached(&mut self.mask_textures, masks, || upload::upload_masks(&self.gpu, masks))
     }
 
     fn draw(&mut self, frame: &Frame, scene: &Scene, width: u32, height: u32) -> Result<Picture, GpuError> {

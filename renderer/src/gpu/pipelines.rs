@@ -13,8 +13,8 @@ use rayon::prelude::*;
 use std::ops::Range;
 use std::time::Instant;
 use wgpu::{
-    BindGroupEntry, BindGroupLayoutEntry, BindingType, BufferBindingType, BufferUsages, SamplerBindingType, TextureSampleType,
-    TextureViewDimension,
+    BindGroupEntry, BindGroupLayoutEntry, BindingType, BufferBindingType, BufferUsages, SamplerBindingType, StorageTextureAccess,
+    TextureFormat, TextureSampleType, TextureViewDimension,
 };
 
 /// A pass over volumes of one component type, with one solver.
@@ -49,6 +49,11 @@ pub(super) fn storage(read_only: bool) -> BindingType {
 
 pub(super) fn bound(binding: u32, resource: wgpu::BindingResource<'_>) -> BindGroupEntry<'_> {
     BindGroupEntry { binding, resource }
+}
+
+/// A texture whose numbers are read one by one.
+fn numbers(view_dimension: TextureViewDimension) -> BindingType {
+    BindingType::StorageTexture { access: StorageTextureAccess::ReadOnly, format: TextureFormat::R32Uint, view_dimension }
 }
 
 pub(super) fn volume_texture(sample_type: TextureSampleType, view_dimension: TextureViewDimension) -> BindingType {
@@ -110,9 +115,9 @@ impl Pipelines {
         let mut entries = vec![
             entry(0, storage(true)),
             entry(1, volume_texture(sample_type, if reads.in_layers { TextureViewDimension::D2Array } else { TextureViewDimension::D3 })),
-            entry(2, volume_texture(TextureSampleType::Uint, TextureViewDimension::D3)),
+            entry(2, numbers(TextureViewDimension::D3)),
             entry(3, storage(false)),
-            entry(5, storage(true)),
+            entry(5, numbers(TextureViewDimension::D2)),
             entry(6, storage(true)),
         ];
         if solver == Solver::Filter {
@@ -140,14 +145,14 @@ impl Pipelines {
         // Of a single layer the default is no array.
         let dimension = volume.reads.in_layers.then_some(TextureViewDimension::D2Array);
         let samples = volume.samples.create_view(&wgpu::TextureViewDescriptor { dimension, ..Default::default() });
-        let map = volume.map.create_view(&Default::default());
+        let [map, masks] = [&volume.map, &volume.masks].map(|t| t.create_view(&Default::default()));
         let texture = wgpu::BindingResource::TextureView;
         let mut entries = vec![
             bound(0, params.as_entire_binding()),
             bound(1, texture(&samples)),
             bound(2, texture(&map)),
             bound(3, hits.as_entire_binding()),
-            bound(5, volume.masks.as_entire_binding()),
+            bound(5, texture(&masks)),
             bound(6, part(&volume.blocks, blocks, size_of::<Block>())),
         ];
         if trace.solver == Solver::Filter {

@@ -49,7 +49,7 @@ pub(super) struct VolumeOnGpu {
     pub reads: Reads,
     /// Distances of bricks and numbers of their masks.
     pub map: wgpu::Texture,
-    pub masks: wgpu::Buffer,
+    pub masks: wgpu::Texture,
     /// The blocks that are drawn, with their spans.
     pub blocks: wgpu::Buffer,
 }
@@ -78,7 +78,7 @@ impl GpuRenderer {
                 }
             };
             let map = self.map_texture(&layer.map, &layer.masks)?;
-            let masks = self.mask_buffer(&layer.masks)?;
+            let masks = self.mask_texture(&layer.masks)?;
             let blocks = blocks::of_layer(layer, &pixels);
             let blocks = filled_buffer(&self.gpu, bytemuck::cast_slice(&blocks), wgpu::BufferUsages::STORAGE);
             volumes.push(VolumeOnGpu { samples, reads, map, masks, blocks });

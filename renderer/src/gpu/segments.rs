@@ -89,7 +89,7 @@ impl GpuRenderer {
                 samples[((z + (c >> 2)) * side + y + (c >> 1 & 1)) * side + x + (c & 1)] = *value;
             }
         }
-        let texture = upload::upload(&self.gpu, [side; 3], wgpu::TextureFormat::R32Float, bytemuck::cast_slice(&samples), false)?;
+        let texture = upload::upload(&self.gpu, &upload::Shape::of_f32([side; 3]), bytemuck::cast_slice(&samples))?;
         Ok(texture.create_view(&Default::default()))
     }
 }
