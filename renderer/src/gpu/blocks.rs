@@ -14,12 +14,21 @@ pub(super) fn pixel_in_block(n: u32) -> [u32; 2] {
     [n & 3 | n >> 1 & 4, n >> 2 & 1 | n >> 3 & 6]
 }
 
-/// The first pixels of the blocks in which any of `layers` may be seen, row by row.
+/// The first pixels of the blocks in which any of `layers` may be seen, row by row: first the rows with an even number, then the odd, and
+/// within these halves so again. llvmpipe gives each of its threads one part of a dispatch, one after the other, and these parts are to
+/// cost alike, be the surface at the top of the picture or at the bottom.
 pub(super) fn seen(layers: &[&FrameLayer]) -> Vec<[u32; 2]> {
     let Some(first) = layers.first() else { return vec![] };
-    let is_seen = |&n: &usize| layers.iter().any(|l| l.spans.blocks[n][0] <= l.spans.blocks[n][1]);
-    let pixel = |n: usize| [n as u32 % first.spans.across, n as u32 / first.spans.across].map(|b| b * BLOCK);
-    (0..first.spans.blocks.len()).filter(is_seen).map(pixel).collect()
+    let across = first.spans.across;
+    let mut rows: Vec<u32> = (0..first.spans.blocks.len() as u32 / across).collect();
+    rows.sort_unstable_by_key(|row| row.reverse_bits());
+    let is_seen = |&[x, y]: &[u32; 2]| {
+        layers.iter().any(|l| {
+            let [near, far] = l.spans.at(x, y);
+            near <= far
+        })
+    };
+    rows.into_iter().flat_map(|row| (0..across).map(move |column| [column * BLOCK, row * BLOCK])).filter(is_seen).collect()
 }
 
 /// What a pass over `layer` reads of the blocks that begin at `pixels`.

@@ -301,13 +301,14 @@ impl Target {
         gpu.read_buffer(&self.readback, |bytes| {
             let pixels: &[Pixel] = bytemuck::cast_slice(&bytes[..used as usize]);
             let blocks: Vec<_> = plan.blocks.iter().zip(pixels.chunks_exact(BLOCK_PIXELS)).collect();
+            let mut of_row = vec![&[][..]; height.div_ceil(BLOCK) as usize];
+            for row in blocks.chunk_by(|(a, _), (b, _)| a[1] == b[1]) {
+                of_row[(row[0].0[1] / BLOCK) as usize] = row;
+            }
             let rows = (BLOCK * width) as usize;
-            let parts =
-                picture.rgba.par_chunks_mut(rows).zip(picture.depth_mm.par_chunks_mut(rows)).zip(picture.volume_id.par_chunks_mut(rows));
-            parts.zip(0..height.div_ceil(BLOCK)).for_each(|(((rgba, depth_mm), volume_id), row)| {
-                let y0 = row * BLOCK;
-                let first = blocks.partition_point(|([_, y], _)| *y < y0);
-                for ([x0, _], pixels) in blocks[first..].iter().take_while(|([_, y], _)| *y == y0) {
+            let parts = picture.rgba.par_chunks_mut(rows).zip(picture.depth_mm.par_chunks_mut(rows));
+            parts.zip(picture.volume_id.par_chunks_mut(rows)).zip(of_row).for_each(|(((rgba, depth_mm), volume_id), row)| {
+                for ([x0, y0], pixels) in row {
                     for (n, [color, depth]) in (0..).zip(*pixels) {
                         let [dx, dy] = pixel_in_block(n);
                         let (x, at) = (x0 + dx, (dy * width + x0 + dx) as usize);
