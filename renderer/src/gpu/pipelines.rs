@@ -246,7 +246,7 @@ pub(super) fn filled_buffer(gpu: &Gpu, bytes: &[u8], usage: BufferUsages) -> wgp
 }
 
 /// Colour and volume, and the depth: `pixels` of `shaders/shade.wgsl`.
-type Pixel = [u32; 2];
+pub(super) type Pixel = [u32; 2];
 
 /// The picture on the GPU, and the way back.
 #[derive(Debug)]

@@ -2,7 +2,7 @@
 
 use super::blocks::{self, BLOCK_PIXELS};
 use super::layout::{Block, PixelAffinePairs, ShadeLayer, ShadeParams, TraceParams, padded, padded_matrix};
-use super::pipelines::{HIT_BYTES, filled_buffer};
+use super::pipelines::{HIT_BYTES, Pixel, filled_buffer};
 use super::{BATCH, GpuError, GpuRenderer, Reads, upload};
 use crate::frame::{Frame, FrameLayer};
 use crate::roots::Solver;
@@ -27,6 +27,8 @@ pub(super) struct Plan {
     pub batch: usize,
 }
 
+/// Numbers of pixels have 16 bits (`at_pixel` of `shaders/line.wgsl`).
+const MOST_PIXELS_ACROSS: u32 = 1 << 16;
 /// Numbers of volumes in a pixel have 8 bits, and 0 is none.
 const MOST_VOLUMES: usize = 255;
 /// A batch has a multiple of as many blocks, whose records take 256 bytes: where the part of a buffer that a pass sees may begin (WebGPU,
@@ -57,8 +59,9 @@ pub(super) struct VolumeOnGpu {
 impl GpuRenderer {
     /// The passes of a picture, where each pixel has room for the hits of `slots` passes.
     pub(super) fn plan(&mut self, frame: &Frame, scene: &Scene, width: u32, height: u32, slots: usize) -> Result<Plan, GpuError> {
-        let limit = self.gpu.device.limits().max_texture_dimension_2d;
-        if width > limit || height > limit {
+        let limits = self.gpu.device.limits();
+        let limit = ((limits.max_buffer_size / size_of::<Pixel>() as u64).isqrt() as u32).min(MOST_PIXELS_ACROSS);
+        if width.max(height) > MOST_PIXELS_ACROSS || u64::from(width) * u64::from(height) > u64::from(limit).pow(2) {
             return Err(GpuError::PictureTooLarge { width, height, limit, adapter: self.gpu.info.name.clone() });
         }
         if scene.layers.len() > MOST_VOLUMES {
@@ -83,8 +86,8 @@ impl GpuRenderer {
             let blocks = filled_buffer(&self.gpu, bytemuck::cast_slice(&blocks), wgpu::BufferUsages::STORAGE);
             volumes.push(VolumeOnGpu { samples, reads, map, masks, blocks });
         }
-        let limit = self.gpu.device.limits().max_storage_buffer_binding_size / (HIT_BYTES * slots.max(1) as u64);
-        let most = (limit as usize / BLOCK_PIXELS).min(BATCH);
+        let pixels_at_once = limits.max_storage_buffer_binding_size / (HIT_BYTES * slots.max(1) as u64);
+        let most = (pixels_at_once as usize / BLOCK_PIXELS).min(BATCH);
         let all = (width.div_ceil(BLOCK) * height.div_ceil(BLOCK)) as usize;
         let batch = all.next_multiple_of(ALIGNED_BLOCKS).min(most / ALIGNED_BLOCKS * ALIGNED_BLOCKS);
         let stride = (batch * BLOCK_PIXELS) as u32;
