@@ -194,3 +194,31 @@ fn cached<T, R: Clone>(cache: &mut Vec<(Weak<T>, R)>, of: &Arc<T>, make: impl Fn
     cache.push((Arc::downgrade(of), made.clone()));
     Ok(made)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use naga::valid::{Capabilities, ValidationFlags, Validator};
+
+    #[test]
+    fn every_pass_is_valid() {
+        // Fails when a part that no picture of the other tests needs no longer fits the rest: scans of more layers than a texture array
+        // has, the passes that are only timed.
+        for solver in Solver::ALL {
+            for parts in [Parts::Walk, Parts::Fetch, Parts::Solve] {
+                for component in ["u32", "i32", "f32"] {
+                    for in_layers in [false, true] {
+                        // What hardware filters is float32, in a 3D texture.
+                        if solver == Solver::Filter && (in_layers || component != "f32") {
+                            continue;
+                        }
+                        let source = trace_source(Reads { component, in_layers }, solver, parts);
+                        let module = naga::front::wgsl::parse_str(&source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&source)));
+                        let valid = Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module);
+                        assert!(valid.is_ok(), "{solver} {parts:?} {component} {in_layers}: {valid:?}");
+                    }
+                }
+            }
+        }
+    }
+}
