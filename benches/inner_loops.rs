@@ -44,7 +44,9 @@ fn solver(bencher: Bencher<'_, '_>, solver: Solver) {
 #[divan::bench(args = 0..CpuRenderer::instruction_sets().len())]
 fn exact_by_instruction_set(bencher: Bencher<'_, '_>, number: usize) {
     let (segments, mut renderer) = (segments(), CpuRenderer::with_instructions(CpuRenderer::instruction_sets()[number]));
-    bencher.counter(ItemsCount::new(segments.len())).bench_local(|| renderer.solve(Solver::Exact, black_box(&segments)).expect("the CPU has it"));
+    bencher
+        .counter(ItemsCount::new(segments.len()))
+        .bench_local(|| renderer.solve(Solver::Exact, black_box(&segments)).expect("the CPU has it"));
 }
 
 /// A frame of skull A, 512×512, with each set of vector instructions.

@@ -1,52 +1,80 @@
-// Within a brick: cell by cell, with one solver compiled in for each that can hold the surface.
+// Within a brick: from cell to cell that can hold the surface, with one solver compiled in for them.
 // The twin of renderer/src/cpu/cells.rs.
 
-fn walk_brick(pace: Pace, at: InBrick) -> Hit {
-    var cell = first_cell(pace, at);
-    let first = cell;
-    let ahead = select(vec3<i32>(0), vec3<i32>(1), pace.forward);
-    let step = select(vec3<i32>(-1), vec3<i32>(1), pace.forward);
-    var t = at.t;
-    var entry = vec3<bool>(false);
-    loop {
-        let t_faces = to_planes(pace, vec3<f32>(cell + ahead), at.origin, FAR);
-        let t_least = least(t_faces);
-        let axis = axis_of(t_faces, t_least);
-        let t_next = max(t_least, t);
-        if may_hold(at, cell) {
-            let lower = corners(at.corner + cell);
-            let upper = corners(at.corner + cell + vec3<i32>(0, 0, 1));
-            // Where it enters is where it left the cell before, the same number.
-            let p = select(at.p, point(pace, at, t, cell, entry, cell + 1 - ahead), vec3<bool>(any(entry)));
-            let q = point(pace, at, t_next, cell, axis, cell + ahead);
-            let start = p - vec3<f32>(cell);
-            let end = q - vec3<f32>(cell);
-            let u = first_entry(lower, upper, start, end);
-            if u >= 0.0 {
-                var met = MET_ISOSURFACE;
-                if u == 0.0 && all(cell == first) {
-                    met = met_at_entry(pace, at);
-                }
-                let face = select(vec3<f32>(0.0), -sign(pace.direction), at.entry);
-                return Hit(at.s + t + u * (t_next - t), at.corner + cell, start * (1.0 - u) + end * u, met, face);
-            }
-        }
-        cell = select(cell, cell + step, axis);
-        if any(cell < vec3<i32>(0)) || any(cell >= at.size) || at.s + t_next > at.s_max {
-            return missed();
-        }
-        t = t_next;
-        entry = axis;
-    }
-    return missed();
+// A cell, the depth at which a ray enters it, and the axis that it crosses there; none where it enters the brick.
+struct Place {
+    cell: vec3<i32>,
+    t: f32,
+    entry: vec3<bool>,
+    // The ray has left the brick.
+    is_left: bool,
 }
 
-// The cell that a ray is in behind its entry into a brick.
-fn first_cell(pace: Pace, at: InBrick) -> vec3<i32> {
+// The cell in which a ray enters a brick.
+fn first_place(pace: Pace, at: InBrick) -> Place {
     let cell = vec3<i32>(at.p);
     // On a face and moving down, the ray is in the cell below.
     let below = !pace.forward & pace.moves & (at.p == vec3<f32>(cell));
-    return clamp(cell - select(vec3<i32>(0), vec3<i32>(1), below), vec3<i32>(0), at.size - 1);
+    let first = clamp(cell - select(vec3<i32>(0), vec3<i32>(1), below), vec3<i32>(0), at.size - 1);
+    return Place(first, at.t, vec3<bool>(false), false);
+}
+
+// The exit of a ray from a cell that it enters at t: its depth and its axis.
+struct Exit {
+    t: f32,
+    axis: vec3<bool>,
+}
+
+fn exit_of(pace: Pace, at: InBrick, cell: vec3<i32>, t: f32) -> Exit {
+    let t_faces = to_planes(pace, vec3<f32>(select(cell, cell + 1, pace.forward)), at.origin, FAR);
+    let t_least = least(t_faces);
+    return Exit(max(t_least, t), axis_of(t_faces, t_least));
+}
+
+// On to a cell that can hold the surface, if the one at hand cannot; false where there is none.
+fn advance(pace: Pace, at: InBrick, place: ptr<function, Place>) -> bool {
+    let step = select(vec3<i32>(-1), vec3<i32>(1), pace.forward);
+    var cell = (*place).cell;
+    var t = (*place).t;
+    var entry = (*place).entry;
+    var is_left = (*place).is_left;
+    loop {
+        let exit = exit_of(pace, at, cell, t);
+        if is_left || may_hold(at, cell) {
+            break;
+        }
+        cell = select(cell, cell + step, exit.axis);
+        t = exit.t;
+        entry = exit.axis;
+        // The last cell's exit is the brick's, the same number.
+        is_left = exit.t >= at.t_end;
+    }
+    *place = Place(cell, t, entry, is_left);
+    return !is_left;
+}
+
+// The first entry within the cell; where there is none, the place is the next cell.
+fn solve(pace: Pace, at: InBrick, place: ptr<function, Place>) -> Hit {
+    let cell = (*place).cell;
+    let t = (*place).t;
+    let entry = (*place).entry;
+    let exit = exit_of(pace, at, cell, t);
+    let lower = corners(at.corner + cell);
+    let upper = corners(at.corner + cell + vec3<i32>(0, 0, 1));
+    // Where it enters is where it left the cell before, the same number.
+    let is_first = !any(entry);
+    let p = select(point(pace, at, t, cell, entry, select(cell + 1, cell, pace.forward)), at.p, vec3<bool>(is_first));
+    let q = point(pace, at, exit.t, cell, exit.axis, select(cell, cell + 1, pace.forward));
+    let start = p - vec3<f32>(cell);
+    let end = q - vec3<f32>(cell);
+    let u = first_entry(lower, upper, start, end);
+    var met = select(MISSED, MET_ISOSURFACE, u >= 0.0);
+    if u == 0.0 && is_first {
+        met = met_at_entry(pace, at);
+    }
+    let face = select(vec3<f32>(0.0), -sign(pace.direction), at.entry);
+    *place = Place(select(cell, cell + select(vec3<i32>(-1), vec3<i32>(1), pace.forward), exit.axis), exit.t, exit.axis, exit.t >= at.t_end);
+    return Hit(at.s + t + u * (exit.t - t), at.corner + cell, start * (1.0 - u) + end * u, met, face);
 }
 
 // Where the ray is at t, on the face of a cell across `axis`.

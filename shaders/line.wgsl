@@ -9,8 +9,8 @@ struct Double {
     lo: vec3<f32>,
 }
 
-// A point that moves linearly with the pixel of a tile. The hi parts of per_x and per_y have 16 significant bits, so that
-// their products with a pixel number below 256 are exact.
+// A point that moves linearly with the pixel. The hi parts of per_x and per_y have 16 significant bits, so that their products
+// with 8 bits of a pixel's number are exact.
 struct PixelAffine {
     base_hi: vec3<f32>,
     base_lo: vec3<f32>,
@@ -39,12 +39,17 @@ fn two_sum(a: vec3<f32>, b: vec3<f32>) -> Double {
     return Double(sum, (a - a_part) + (b - b_part));
 }
 
-// The value at a pixel of the tile.
-fn at_pixel(a: PixelAffine, x: f32, y: f32) -> Double {
-    let first = two_sum(a.base_hi, x * a.per_x_hi);
-    let second = two_sum(first.hi, y * a.per_y_hi);
-    let lo = first.lo + second.lo + a.base_lo + x * a.per_x_lo + y * a.per_y_lo;
-    return two_sum(second.hi, lo);
+// The value at a pixel, whose numbers are below 65536.
+fn at_pixel(a: PixelAffine, pixel: vec2<u32>) -> Double {
+    let tile = vec2<f32>(pixel & vec2<u32>(0xff00u));
+    let within = vec2<f32>(pixel & vec2<u32>(0xffu));
+    let first = two_sum(a.base_hi, tile.x * a.per_x_hi);
+    let second = two_sum(first.hi, tile.y * a.per_y_hi);
+    let third = two_sum(second.hi, within.x * a.per_x_hi);
+    let fourth = two_sum(third.hi, within.y * a.per_y_hi);
+    let p = vec2<f32>(pixel);
+    let lo = (first.lo + second.lo) + (third.lo + fourth.lo) + a.base_lo + p.x * a.per_x_lo + p.y * a.per_y_lo;
+    return two_sum(fourth.hi, lo);
 }
 
 // The upper 12 significant bits: products of two such numbers are exact.

@@ -2,22 +2,17 @@
 // The twin of renderer/src/cpu/shade.rs.
 
 struct ShadeParams {
-    // World direction of pixel (0, 0) of the tile, and its change per pixel.
+    // World direction of pixel (0, 0), and its change per pixel.
     view_base: vec3<f32>,
     view_per_x: vec3<f32>,
     view_per_y: vec3<f32>,
     toward_light: vec3<f32>,
     ambient: f32,
-    // Linear, premultiplied.
-    background: vec4<f32>,
     diffuse: f32,
     specular: f32,
     shininess: f32,
     // Hits of pass l start at l · stride.
     stride: u32,
-    // First pixel of the tile in the picture, and its size.
-    corner: vec2<u32>,
-    tile: vec2<u32>,
     passes: u32,
     // 1 where the mode is overlay.
     overlay: u32,
@@ -30,16 +25,16 @@ struct ShadeLayer {
     id: u32,
 }
 
-@group(0) @binding(0) var<storage, read> tiles: array<ShadeParams>;
-// Those of this invocation's tile.
+@group(0) @binding(0) var<storage, read> shade_params: ShadeParams;
+// The same, read once; see trace.wgsl.
 var<private> params: ShadeParams;
 
 @group(0) @binding(1) var<storage, read> hits: array<vec4<f32>>;
 @group(0) @binding(2) var<storage, read> layers: array<ShadeLayer>;
-@group(0) @binding(3) var color_out: texture_storage_2d<rgba8unorm, write>;
-// Depth behind the base plane; the host makes it a distance along the ray, as float32 is short of digits for a far eye.
-@group(0) @binding(4) var depth_out: texture_storage_2d<r32float, write>;
-@group(0) @binding(5) var id_out: texture_storage_2d<r32uint, write>;
+@group(0) @binding(3) var<storage, read> blocks: array<Block>;
+// For each pixel its colour in 24 bits with the volume's number above, 0 where nothing was hit, and the depth behind the base plane;
+// the host makes that a distance along the ray, as float32 is short of digits for a far eye.
+@group(0) @binding(4) var<storage, read_write> pixels: array<vec2<u32>>;
 
 // Both sides of a surface are lit.
 fn phong(color: vec3<f32>, normal: vec3<f32>, view: vec3<f32>) -> vec3<f32> {
@@ -54,15 +49,13 @@ fn phong(color: vec3<f32>, normal: vec3<f32>, view: vec3<f32>) -> vec3<f32> {
 }
 
 const NONE: u32 = 0xffffffffu;
-// WGSL has no NaN; the host turns this into one.
-const NO_DEPTH: f32 = -1.0;
 
 // The pass with the nearest hit, leaving out one; NONE when there is none.
-fn nearest(pixel: u32, skip: u32) -> u32 {
+fn nearest(index: u32, skip: u32) -> u32 {
     var best = NONE;
     var best_s = 0.0;
     for (var l = 0u; l < params.passes; l++) {
-        let s = hits[l * params.stride + pixel].w;
+        let s = hits[l * params.stride + index].w;
         if l != skip && s >= 0.0 && (best == NONE || s < best_s) {
             best = l;
             best_s = s;
@@ -71,51 +64,38 @@ fn nearest(pixel: u32, skip: u32) -> u32 {
     return best;
 }
 
-fn shaded(pixel: u32, layer: u32, view: vec3<f32>) -> vec3<f32> {
-    let normal = hits[layer * params.stride + pixel].xyz;
+fn shaded(index: u32, layer: u32, view: vec3<f32>) -> vec3<f32> {
+    let normal = hits[layer * params.stride + index].xyz;
     return phong(layers[layer].color.rgb, select(normal, -view, all(normal == vec3<f32>(0.0))), view);
 }
 
-fn encode(color: vec4<f32>) -> vec4<f32> {
-    let c = color + params.background * (1.0 - color.a);
-    if c.a <= 0.0 {
-        return vec4<f32>(0.0);
-    }
-    let straight = clamp(c.rgb / c.a, vec3<f32>(0.0), vec3<f32>(1.0));
-    let low = 12.92 * straight;
-    let high = 1.055 * pow(straight, vec3<f32>(1.0 / 2.4)) - 0.055;
-    return vec4<f32>(select(high, low, straight <= vec3<f32>(0.0031308)), c.a);
+// A linear colour as sRGB.
+fn encode(color: vec3<f32>) -> vec3<f32> {
+    let c = clamp(color, vec3<f32>(0.0), vec3<f32>(1.0));
+    let low = 12.92 * c;
+    let high = 1.055 * pow(c, vec3<f32>(1.0 / 2.4)) - 0.055;
+    return select(high, low, c <= vec3<f32>(0.0031308));
 }
 
-// A tile has at most 256 × 256 pixels.
-const TILE_PIXELS: u32 = 65536u;
-
-@compute @workgroup_size(8, 8)
-fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
-    params = tiles[id.z];
-    if any(id.xy >= params.tile) {
+@compute @workgroup_size(64)
+fn shade(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) n: u32) {
+    params = shade_params;
+    let index = group.x * BLOCK_PIXELS + n;
+    let first = nearest(index, NONE);
+    if first == NONE {
+        pixels[index] = vec2<u32>(0u);
         return;
     }
-    let pixel = id.z * TILE_PIXELS + id.y * params.tile.x + id.x;
-    let view = normalize(params.view_base + f32(id.x) * params.view_per_x + f32(id.y) * params.view_per_y);
-    var color = vec4<f32>(0.0);
-    var s = NO_DEPTH;
-    var volume_id = 0u;
-    let first = nearest(pixel, NONE);
-    if first != NONE {
-        color = vec4<f32>(shaded(pixel, first, view), 1.0);
-        if params.overlay == 1u {
-            let second = nearest(pixel, first);
-            if second != NONE {
-                let opacity = layers[first].color.a;
-                color = vec4<f32>(color.rgb * opacity + shaded(pixel, second, view) * (1.0 - opacity), 1.0);
-            }
+    let p = vec2<f32>(blocks[group.x].pixel + pixel_in_block(n));
+    let view = normalize(params.view_base + p.x * params.view_per_x + p.y * params.view_per_y);
+    var color = shaded(index, first, view);
+    if params.overlay == 1u {
+        let second = nearest(index, first);
+        if second != NONE {
+            let opacity = layers[first].color.a;
+            color = color * opacity + shaded(index, second, view) * (1.0 - opacity);
         }
-        s = hits[first * params.stride + pixel].w;
-        volume_id = layers[first].id;
     }
-    let at = params.corner + id.xy;
-    textureStore(color_out, at, encode(color));
-    textureStore(depth_out, at, vec4<f32>(s));
-    textureStore(id_out, at, vec4<u32>(volume_id));
+    let s = hits[first * params.stride + index].w;
+    pixels[index] = vec2<u32>(pack4x8unorm(vec4<f32>(encode(color), 0.0)) | (layers[first].id << 24u), bitcast<u32>(s));
 }

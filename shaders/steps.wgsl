@@ -1,38 +1,63 @@
 // Within a brick: steps of fixed length, with one linear interpolation where two samples lie on different sides.
 // The twin of renderer/src/cpu/steps.rs. PER_VOXEL is replaced by the number of steps in a voxel's length.
 
-fn walk_brick(pace: Pace, at: InBrick) -> Hit {
-    let step = 1.0 / (PER_VOXEL * length(pace.direction));
+// A step along a ray, number n: the samples before and behind it. Before the first step both are the first sample.
+struct Place {
+    n: f32,
+    t0: f32,
+    p0: vec3<f32>,
+    f0: f32,
+    t1: f32,
+    p1: vec3<f32>,
+    f1: f32,
+}
+
+fn step_length(pace: Pace) -> f32 {
+    return 1.0 / (PER_VOXEL * length(pace.direction));
+}
+
+fn first_place(pace: Pace, at: InBrick) -> Place {
+    let step = step_length(pace);
     // The last sample before the brick, but not before the box or the eye, where the first sample is taken.
-    var n = floor((at.s + at.t) / step);
-    var t0 = n * step - at.s;
-    var p0 = at.origin + t0 * pace.direction;
-    let met = met_at_entry(pace, at);
-    if met != MET_ISOSURFACE || n * step < 0.0 {
-        t0 = at.t;
-        p0 = at.p;
+    let n = floor((at.s + at.t) / step);
+    var t = n * step - at.s;
+    var p = at.origin + t * pace.direction;
+    if met_at_entry(pace, at) != MET_ISOSURFACE || n * step < 0.0 {
+        t = at.t;
+        p = at.p;
     }
-    var f0 = value(at.corner, p0);
-    if inside(f0) {
-        return hit_at(pace, at, t0, p0, met);
-    }
-    loop {
-        n += 1.0;
+    let f = value(at.corner, p);
+    return Place(n, t, p, f, t, p, f);
+}
+
+// On to the next step that ends inside; false where there is none.
+fn advance(pace: Pace, at: InBrick, place: ptr<function, Place>) -> bool {
+    let step = step_length(pace);
+    while !inside((*place).f1) {
+        let n = (*place).n + 1.0;
+        let t0 = (*place).t1;
         let t1 = n * step - at.s;
         if t1 > at.t_out || at.s + t0 > at.s_max {
-            return missed();
+            return false;
         }
         let p1 = at.origin + t1 * pace.direction;
-        let f1 = value(at.corner, p1);
-        if inside(f1) {
-            let u = f0 / (f0 - f1);
-            return hit_at(pace, at, t0 + u * (t1 - t0), p0 + u * (p1 - p0), MET_ISOSURFACE);
-        }
-        t0 = t1;
-        p0 = p1;
-        f0 = f1;
+        *place = Place(n, t0, (*place).p1, (*place).f1, t1, p1, value(at.corner, p1));
     }
-    return missed();
+    return true;
+}
+
+// The entry within the step.
+fn solve(pace: Pace, at: InBrick, place: ptr<function, Place>) -> Hit {
+    let f0 = (*place).f0;
+    // The first sample may be inside itself.
+    let is_first = inside(f0);
+    let u = select(f0 / (f0 - (*place).f1), 0.0, is_first);
+    let t = (*place).t0 + u * ((*place).t1 - (*place).t0);
+    let p = (*place).p0 + u * ((*place).p1 - (*place).p0);
+    let cell = cell_of(at.corner, p);
+    let local = clamp(p - vec3<f32>(cell - at.corner), vec3<f32>(0.0), vec3<f32>(1.0));
+    let met = select(MET_ISOSURFACE, met_at_entry(pace, at), is_first);
+    return Hit(at.s + t, cell, local, met, select(vec3<f32>(0.0), -sign(pace.direction), at.entry));
 }
 
 // The cell of a point, which may lie a step outside the brick, but is taken within the box.
@@ -44,10 +69,4 @@ fn value(corner: vec3<i32>, p: vec3<f32>) -> f32 {
     let cell = cell_of(corner, p);
     let local = clamp(p - vec3<f32>(cell - corner), vec3<f32>(0.0), vec3<f32>(1.0));
     return trilinear(corners(cell), corners(cell + vec3<i32>(0, 0, 1)), local);
-}
-
-fn hit_at(pace: Pace, at: InBrick, t: f32, p: vec3<f32>, met: u32) -> Hit {
-    let cell = cell_of(at.corner, p);
-    let local = clamp(p - vec3<f32>(cell - at.corner), vec3<f32>(0.0), vec3<f32>(1.0));
-    return Hit(at.s + t, cell, local, met, select(vec3<f32>(0.0), -sign(pace.direction), at.entry));
 }

@@ -1,4 +1,4 @@
-// One pass for one volume over a batch of tiles: the first hit of every pixel, with its normal.
+// One pass for one volume over a batch of blocks: the first hit of every pixel, with its normal.
 
 struct TraceParams {
     origin: PixelAffine,
@@ -9,8 +9,6 @@ struct TraceParams {
     level: f32,
     bricks: vec3<i32>,
     sign: f32,
-    // Pixels of the tile.
-    tile: vec2<u32>,
     // Number of the pass, from 0; hits of pass l start at l · stride.
     pass_number: u32,
     stride: u32,
@@ -18,49 +16,32 @@ struct TraceParams {
     only_nearest: u32,
     // Always 0; see `opaque`.
     zero: u32,
-    // Blocks in a row of the picture.
-    blocks_across: u32,
-    // The tile's first block, from 0.
-    block: vec2<u32>,
 }
 
-@group(0) @binding(0) var<storage, read> tiles: array<TraceParams>;
-// Nearest and farthest depth of each block of 8 × 8 pixels of the picture; the first is the larger where there is nothing.
-@group(0) @binding(6) var<storage, read> spans: array<vec2<f32>>;
-// Those of this invocation's tile.
+@group(0) @binding(0) var<storage, read> trace_params: TraceParams;
+// The same, read once: llvmpipe reads a uniform for all invocations at once only where all of them are active.
 var<private> params: TraceParams;
+@group(0) @binding(6) var<storage, read> blocks: array<Block>;
 
 // Outward world normal and s; s < 0 where nothing was hit, a zero normal where the eye is inside bone.
 @group(0) @binding(3) var<storage, read_write> hits: array<vec4<f32>>;
 
-// A tile has at most 256 × 256 pixels.
-const TILE_PIXELS: u32 = 65536u;
-
-@compute @workgroup_size(8, 8)
-fn trace(@builtin(global_invocation_id) id: vec3<u32>) {
-    params = tiles[id.z];
-    if any(id.xy >= params.tile) {
-        return;
-    }
-    let pixel = id.z * TILE_PIXELS + id.y * params.tile.x + id.x;
-    let block = params.block + id.xy / 8u;
-    let span = spans[block.y * params.blocks_across + block.x];
-    if span.x > span.y {
-        hits[params.pass_number * params.stride + pixel] = vec4<f32>(0.0, 0.0, 0.0, -1.0);
-        return;
-    }
+@compute @workgroup_size(64)
+fn trace(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) n: u32) {
+    params = trace_params;
+    let block = blocks[group.x];
+    let index = group.x * BLOCK_PIXELS + n;
     // What lies behind an opaque hit is not asked for.
-    var s_max = span.y;
+    var s_max = block.span.y;
     if params.only_nearest == 1u {
         for (var l = 0u; l < params.pass_number; l++) {
-            let s = hits[l * params.stride + pixel].w;
+            let s = hits[l * params.stride + index].w;
             s_max = select(s_max, min(s_max, s), s >= 0.0);
         }
     }
-    let x = f32(id.x);
-    let y = f32(id.y);
-    let hit = first_hit(Line(at_pixel(params.origin, x, y), at_pixel(params.direction, x, y)), span.x, s_max);
-    hits[params.pass_number * params.stride + pixel] = vec4<f32>(world_normal(hit), select(hit.s, -1.0, hit.met == MISSED));
+    let pixel = block.pixel + pixel_in_block(n);
+    let hit = first_hit(Line(at_pixel(params.origin, pixel), at_pixel(params.direction, pixel)), block.span.x, s_max);
+    hits[params.pass_number * params.stride + index] = vec4<f32>(world_normal(hit), select(hit.s, -1.0, hit.met == MISSED));
 }
 
 fn world_normal(hit: Hit) -> vec3<f32> {

@@ -1,13 +1,15 @@
-// Following a ray to its first hit: leaps between range bricks, until one may hold the surface; what is done there is `walk_brick`
-// of cells.wgsl or steps.wgsl.
+// Following a ray to its first hit: leaps between range bricks, until one may hold the surface; what is done there is `advance` and
+// `solve` of cells.wgsl, filter_cells.wgsl or steps.wgsl.
 // The twin of renderer/src/cpu/walk.rs, which says why each step is as it is.
 
 // For each brick its distance from the surface, and above 8 bits the number of its mask.
-@group(0) @binding(2) var map: texture_3d<u32>;
-// 16 numbers for each mask, two for each layer of cells: bit x + 8y of a layer is cell (x, y).
-@group(0) @binding(5) var<storage, read> masks: array<u32>;
+@group(0) @binding(2) var map: texture_storage_3d<r32uint, read>;
+// 16 numbers for each mask, side by side, two for each layer of cells: bit x + 8y of a layer is cell (x, y).
+@group(0) @binding(5) var masks: texture_storage_2d<r32uint, read>;
 
 const BRICK: i32 = 8;
+// Masks in a row.
+const MASKS_ACROSS: u32 = 512u;
 const STILL: f32 = 1e-12;
 const FAR: f32 = 1e30;
 
@@ -85,43 +87,64 @@ fn first_hit(line: Line, s_min: f32, s_max: f32) -> Hit {
         return missed();
     }
     var s = span.x;
-    var brick = clamp(brick_of(line_at(line, s)), vec3<i32>(0), bricks - 1);
+    var p = line_at(line, s);
+    var brick = clamp(brick_of(p), vec3<i32>(0), bricks - 1);
+    var distance = 0;
+    var at: InBrick;
+    var place: Place;
+    // Whether the brick is yet to be entered.
+    var is_new = true;
+    var hit = missed();
     loop {
-        let known = textureLoad(map, brick, 0).r;
-        let distance = i32(known & 0xffu);
-        if distance == 0 {
-            let at = enter_brick(line, pace, brick, known >> 8u, s, s_max);
-            if at.t < at.t_out {
-                let hit = walk_brick(pace, at);
-                if hit.met != MISSED {
-                    if hit.s <= s_max {
-                        return hit;
-                    }
-                    return missed();
-                }
+        // All rays of a subgroup first come to a place where they have to solve, be it bricks away, and then solve together. A branch
+        // costs as much for one of them as for all.
+        var is_past = false;
+        loop {
+            var is_within = true;
+            if is_new {
+                let known = textureLoad(map, brick).r;
+                distance = i32(known & 0xffu);
+                at = enter_brick(pace, brick, known >> 8u, s, p, s_max);
+                place = first_place(pace, at);
+                is_within = distance == 0 && at.t < at.t_out;
+            }
+            if is_within {
+                is_within = advance(pace, at, &place);
+            }
+            is_new = !is_within;
+            if is_within {
+                break;
+            }
+            // Leave the block of bricks that are known to be empty, or this brick alone.
+            let reach = max(distance, 1) - 1;
+            let low = brick - reach;
+            let high = brick + reach;
+            let planes = select(low, high + 1, pace.forward) * BRICK;
+            let s_planes = to_planes(pace, vec3<f32>(planes), line.origin.hi, FAR);
+            let s_exit = least(s_planes);
+            let axis = axis_of(s_planes, s_exit);
+            s = max(s, s_exit);
+            p = line_at(line, s);
+            // A ray never turns back: other axes stay between this brick and the block's far side.
+            let stay = clamp(brick_of(p), select(low, brick, pace.forward), select(brick, high, pace.forward));
+            brick = select(clamp(stay, vec3<i32>(0), bricks - 1), select(low - 1, high + 1, pace.forward), axis);
+            is_past = s_exit >= span.y || any(brick < vec3<i32>(0)) || any(brick >= bricks);
+            if is_past {
+                break;
             }
         }
-        // Leave the block of bricks that are known to be empty, or this brick alone.
-        let reach = max(distance, 1) - 1;
-        let low = brick - reach;
-        let high = brick + reach;
-        let planes = select(low, high + 1, pace.forward) * BRICK;
-        let s_planes = to_planes(pace, vec3<f32>(planes), line.origin.hi, FAR);
-        let s_exit = least(s_planes);
-        let axis = axis_of(s_planes, s_exit);
-        if s_exit >= span.y {
-            return missed();
+        if is_past {
+            break;
         }
-        s = max(s, s_exit);
-        // A ray never turns back: other axes stay between this brick and the block's far side.
-        let there = brick_of(line_at(line, s));
-        let stay = clamp(there, select(low, brick, pace.forward), select(brick, high, pace.forward));
-        brick = select(clamp(stay, vec3<i32>(0), bricks - 1), select(low - 1, high + 1, pace.forward), axis);
-        if any(brick < vec3<i32>(0)) || any(brick >= bricks) {
-            return missed();
+        hit = solve(pace, at, &place);
+        if hit.met != MISSED {
+            break;
         }
     }
-    return missed();
+    if hit.s > s_max {
+        return missed();
+    }
+    return hit;
 }
 
 // First and last s within the box of the interpolant, and the span that is asked for; the first is the larger when it is missed.
@@ -141,8 +164,8 @@ fn clip_to_box(line: Line, pace: Pace, s_min: f32, s_max: f32) -> vec2<f32> {
 // A ray in a brick. Positions are relative to its corner, t to s.
 struct InBrick {
     brick: vec3<i32>,
-    // Number of its mask.
-    slot: u32,
+    // First number of its mask.
+    mask: vec2<i32>,
     // First sample of the brick.
     corner: vec3<i32>,
     // Cells along each side.
@@ -156,6 +179,8 @@ struct InBrick {
     // Where the ray enters and leaves.
     t: f32,
     t_out: f32,
+    // Where it leaves or nothing more is asked for.
+    t_end: f32,
     // Position where it enters; exact on the axis that it enters along.
     p: vec3<f32>,
     entry: vec3<bool>,
@@ -163,15 +188,16 @@ struct InBrick {
 
 // Whether a cell of the brick can hold the surface.
 fn may_hold(at: InBrick, cell: vec3<i32>) -> bool {
-    let word = masks[at.slot * 16u + u32(cell.z * 2 + (cell.y >> 2u))];
+    let word = textureLoad(masks, at.mask + vec2<i32>(cell.z * 2 + (cell.y >> 2u), 0)).r;
     return ((word >> u32((cell.y & 3) * 8 + cell.x)) & 1u) == 1u;
 }
 
-// Where the ray is within a brick, of which s is at or near its entry; it misses it when t is not below t_out.
-fn enter_brick(line: Line, pace: Pace, brick: vec3<i32>, slot: u32, s: f32, s_max: f32) -> InBrick {
+// Where the ray is within a brick, when it is at `position` at s, at or near its entry; it misses it when t is not below t_out.
+fn enter_brick(pace: Pace, brick: vec3<i32>, slot: u32, s: f32, position: Double, s_max: f32) -> InBrick {
+    let mask = vec2<i32>(vec2<u32>(slot % MASKS_ACROSS * 16u, slot / MASKS_ACROSS));
     let corner = brick * BRICK;
     let size = min(params.dims - 1 - corner, vec3<i32>(BRICK));
-    let origin = relative_to(line_at(line, s), vec3<f32>(corner));
+    let origin = relative_to(position, vec3<f32>(corner));
     // From here on t is relative to s: small numbers, small errors. Never before the eye.
     let near = vec3<f32>(select(size, vec3<i32>(0), pace.forward));
     let far = vec3<f32>(select(vec3<i32>(0), size, pace.forward));
@@ -182,7 +208,7 @@ fn enter_brick(line: Line, pace: Pace, brick: vec3<i32>, slot: u32, s: f32, s_ma
     let t = max(-s, t_entry);
     let t_out = least(to_planes(pace, far, origin, FAR));
     let p = select(clamp(origin + t * pace.direction, vec3<f32>(0.0), vec3<f32>(size)), near, entry);
-    return InBrick(brick, slot, corner, size, s, s_max, origin, t, t_out, p, entry);
+    return InBrick(brick, mask, corner, size, s, s_max, origin, t, t_out, min(t_out, s_max - s), p, entry);
 }
 
 // What a ray meets that is inside where it enters a brick.
@@ -194,34 +220,40 @@ fn met_at_entry(pace: Pace, at: InBrick) -> u32 {
     return select(MET_ISOSURFACE, MET_FACE, any(at.entry & (at.brick == outermost)));
 }
 
-// Corner values relative to the level, positive inside, of the lower face of a cell: (0,0), (1,0), (0,1), (1,1).
-fn corners(at: vec3<i32>) -> vec4<f32> {
-    return vec4<f32>(
-        relative(at),
-        relative(at + vec3<i32>(1, 0, 0)),
-        relative(at + vec3<i32>(0, 1, 0)),
-        relative(at + vec3<i32>(1, 1, 0)),
-    );
-}
-
-// Gradient at a point of a cell, in index space and pointing inward: central differences at the corners, interpolated.
+// Gradient at a point of a cell, in index space and pointing inward: central differences of samples, one-sided at the grid's border,
+// interpolated. Of the samples along an axis that are interpolated across it, the differences are those that the samples' would be.
 fn smooth_gradient(cell: vec3<i32>, local: vec3<f32>) -> vec3<f32> {
-    var sum = vec3<f32>(0.0);
-    for (var c = 0; c < 8; c++) {
-        let offset = vec3<i32>(c & 1, (c >> 1u) & 1, c >> 2u);
-        let weights = select(1.0 - local, local, offset == vec3<i32>(1));
-        sum += weights.x * weights.y * weights.z * central_difference(cell + offset);
-    }
-    return sum;
+    let low = around(cell, local.xy);
+    let high = around(cell + vec3<i32>(0, 0, 1), local.xy);
+    let x = mix(low.along_x, high.along_x, local.z);
+    let y = mix(low.along_y, high.along_y, local.z);
+    let below = bilinear(corners(cell - vec3<i32>(0, 0, 1)), local.xy);
+    let above = bilinear(corners(cell + vec3<i32>(0, 0, 2)), local.xy);
+    let z = vec4<f32>(below, mix(low.along_x.y, low.along_x.z, local.x), mix(high.along_x.y, high.along_x.z, local.x), above);
+    // At the border the sample beyond is the one at the border.
+    let at_low = select(vec3<f32>(0.5), vec3<f32>(1.0), cell == vec3<i32>(0)) * (vec3<f32>(x.z, y.z, z.z) - vec3<f32>(x.x, y.x, z.x));
+    let at_high =
+        select(vec3<f32>(0.5), vec3<f32>(1.0), cell == params.dims - 2) * (vec3<f32>(x.w, y.w, z.w) - vec3<f32>(x.y, y.y, z.y));
+    return mix(at_low, at_high, local);
 }
 
-fn central_difference(at: vec3<i32>) -> vec3<f32> {
-    let down = max(at - 1, vec3<i32>(0));
-    let up = min(at + 1, params.dims - 1);
-    let difference = vec3<f32>(
-        relative(vec3<i32>(up.x, at.yz)) - relative(vec3<i32>(down.x, at.yz)),
-        relative(vec3<i32>(at.x, up.y, at.z)) - relative(vec3<i32>(at.x, down.y, at.z)),
-        relative(vec3<i32>(at.xy, up.z)) - relative(vec3<i32>(at.xy, down.z)),
+// In a layer of samples, four values along each axis: from the one before a cell to the one behind it, interpolated across.
+struct Around {
+    along_x: vec4<f32>,
+    along_y: vec4<f32>,
+}
+
+fn around(cell: vec3<i32>, local: vec2<f32>) -> Around {
+    let low_low = corners(cell + vec3<i32>(-1, -1, 0));
+    let high_low = corners(cell + vec3<i32>(1, -1, 0));
+    let low_high = corners(cell + vec3<i32>(-1, 1, 0));
+    let high_high = corners(cell + vec3<i32>(1, 1, 0));
+    return Around(
+        mix(vec4<f32>(low_low.zw, high_low.zw), vec4<f32>(low_high.xy, high_high.xy), local.y),
+        mix(vec4<f32>(low_low.yw, low_high.yw), vec4<f32>(high_low.xz, high_high.xz), local.x),
     );
-    return difference / vec3<f32>(up - down);
+}
+
+fn bilinear(v: vec4<f32>, p: vec2<f32>) -> f32 {
+    return mix(mix(v.x, v.y, p.x), mix(v.z, v.w, p.x), p.y);
 }

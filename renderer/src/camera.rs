@@ -135,12 +135,6 @@ impl PixelRays {
         let origin = PixelAffine { base: map.transform_point3(o.base), per_x: vector(o.per_x), per_y: vector(o.per_y) };
         Self { origin, direction: PixelAffine { base: vector(d.base), per_x: vector(d.per_x), per_y: vector(d.per_y) } }
     }
-
-    /// The rays of the part of the picture that starts at pixel (x, y).
-    pub fn from_pixel(&self, x: u32, y: u32) -> Self {
-        let (o, d) = (self.origin, self.direction);
-        Self { origin: PixelAffine { base: o.at(x, y), ..o }, direction: PixelAffine { base: d.at(x, y), ..d } }
-    }
 }
 
 impl Camera {

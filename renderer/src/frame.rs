@@ -91,6 +91,7 @@ impl Frame {
     }
 }
 
+#[cfg(feature = "gpu")]
 impl Frame {
     /// Distance along the unit ray of pixel (x, y) of the depth `s` behind the base plane.
     pub fn depth_mm(&self, x: u32, y: u32, s: f32) -> f32 {

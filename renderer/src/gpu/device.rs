@@ -28,19 +28,19 @@ pub enum GpuError {
         /// The adapter's name.
         adapter: String,
     },
-    /// A picture larger than the adapter's textures.
+    /// A picture larger than the adapter's buffers.
     #[error("a picture of {width}×{height} pixels is larger than the {limit} that {adapter} draws; use --backend cpu or a smaller --size")]
     PictureTooLarge {
         /// Pixels across.
         width: u32,
         /// Pixels down.
         height: u32,
-        /// The adapter's limit.
+        /// The side of the largest square.
         limit: u32,
         /// The adapter's name.
         adapter: String,
     },
-    /// More volumes in one picture than the adapter's buffers hold.
+    /// More volumes in one scene than a pixel of a picture can name.
     #[error("{count} volumes are shown but the graphics adapter draws at most {most} at once; hide some, or use --backend cpu")]
     TooManyVolumes {
         /// Visible volumes.

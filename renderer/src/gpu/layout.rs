@@ -27,15 +27,18 @@ pub(super) struct TraceParams {
     pub level: f32,
     pub bricks: [i32; 3],
     pub sign: f32,
-    pub tile: [u32; 2],
     pub pass_number: u32,
     pub stride: u32,
     pub only_nearest: u32,
     pub zero: u32,
-    pub blocks_across: u32,
-    pub padding: u32,
-    pub block: [u32; 2],
-    pub more_padding: [u32; 2],
+}
+
+/// `Block` of `shaders/blocks.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(super) struct Block {
+    pub pixel: [u32; 2],
+    pub span: [f32; 2],
 }
 
 /// `ShadeParams` of `shaders/shade.wgsl`.
@@ -47,13 +50,10 @@ pub(super) struct ShadeParams {
     pub view_per_y: [f32; 4],
     pub toward_light: [f32; 3],
     pub ambient: f32,
-    pub background: [f32; 4],
     pub diffuse: f32,
     pub specular: f32,
     pub shininess: f32,
     pub stride: u32,
-    pub corner: [u32; 2],
-    pub tile: [u32; 2],
     pub passes: u32,
     pub overlay: u32,
     pub padding: [u32; 2],
@@ -120,52 +120,27 @@ mod tests {
     #[test]
     fn rust_and_wgsl_agree_on_every_offset() {
         // Fails when a field is added, moved or retyped on one side only: the GPU would read noise.
-        let (trace, shade) =
-            (super::super::trace_source("f32", crate::roots::Solver::Exact, super::super::Parts::Solve), super::super::SHADE);
+        let trace = super::super::trace_source(
+            super::super::Reads { component: "f32", in_layers: true },
+            crate::roots::Solver::Exact,
+            super::super::Parts::Solve,
+        );
+        let shade = super::super::shade_source();
         same_layout!(&trace, "PixelAffine", PixelAffinePairs, [base_hi, base_lo, per_x_hi, per_x_lo, per_y_hi, per_y_lo]);
         same_layout!(
             &trace,
             "TraceParams",
             TraceParams,
-            [
-                origin,
-                direction,
-                normal_to_world,
-                dims,
-                level,
-                bricks,
-                sign,
-                tile,
-                pass_number,
-                stride,
-                only_nearest,
-                zero,
-                blocks_across,
-                block
-            ]
+            [origin, direction, normal_to_world, dims, level, bricks, sign, pass_number, stride, only_nearest, zero]
         );
+        same_layout!(&trace, "Block", Block, [pixel, span]);
         same_layout!(
-            shade,
+            &shade,
             "ShadeParams",
             ShadeParams,
-            [
-                view_base,
-                view_per_x,
-                view_per_y,
-                toward_light,
-                ambient,
-                background,
-                diffuse,
-                specular,
-                shininess,
-                stride,
-                corner,
-                tile,
-                passes,
-                overlay
-            ]
+            [view_base, view_per_x, view_per_y, toward_light, ambient, diffuse, specular, shininess, stride, passes, overlay]
         );
-        same_layout!(shade, "ShadeLayer", ShadeLayer, [color, id]);
+        same_layout!(&shade, "ShadeLayer", ShadeLayer, [color, id]);
     }
 
     #[test]

@@ -1,6 +1,7 @@
-//! The GPU renderer: one compute pass for each volume and one for shading, a batch of tiles at a time, so that no dispatch comes near
+//! The GPU renderer: one compute pass for each volume and one for shading, a batch of blocks at a time, so that no dispatch comes near
 //! the time after which operating systems kill it.
 
+mod blocks;
 mod device;
 mod layout;
 mod pipelines;
@@ -19,13 +20,11 @@ use crate::occupancy::DistanceMap;
 use crate::roots::{PerVoxel, Solver, Steps};
 use crate::scene::{Picture, Scene};
 use crate::{RenderError, Renderer, Split};
-use bregma_volume::{Samples, Volume};
+use bregma_volume::Volume;
 use std::sync::{Arc, Weak};
 
-/// Side of a tile in pixels; below 256 pixel numbers have 8 bits, which keeps ray set-up exact (see `line.wgsl`).
-const TILE: u32 = 256;
-/// Tiles in one dispatch: about 0.2 s of a software driver, a few ms of a graphics card.
-const BATCH: u64 = 8;
+/// Blocks in one dispatch: about 0.1 s of a software driver, a few ms of a graphics card.
+const BATCH: usize = 8192;
 
 macro_rules! wgsl {
     ($name:literal) => {
@@ -72,9 +71,19 @@ enum Parts {
     Solve,
 }
 
-/// The WGSL of the pass over a volume whose texture has components of type `component`, with one solver compiled in.
-fn trace_source(component: &str, solver: Solver, parts: Parts) -> String {
-    let samples = if parts == Parts::Walk { wgsl!("unread").to_owned() } else { wgsl!("samples").replace("SAMPLE", component) };
+/// How a pass reads samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Reads {
+    /// Component type of their texture.
+    component: &'static str,
+    /// From an array of 2D textures, not from a 3D texture.
+    in_layers: bool,
+}
+
+/// The WGSL of the pass over a volume, with one solver compiled in.
+fn trace_source(reads: Reads, solver: Solver, parts: Parts) -> String {
+    let samples = if reads.in_layers { wgsl!("samples") } else { wgsl!("samples_3d") };
+    let samples = if parts == Parts::Walk { wgsl!("unread").to_owned() } else { samples.replace("SAMPLE", reads.component) };
     let filtered = if parts == Parts::Walk { "" } else { wgsl!("filtered") };
     let unsolved = [wgsl!("unsolved"), wgsl!("filter")].join("\n");
     let solve = if parts == Parts::Solve { solver_source(solver) } else { unsolved };
@@ -83,11 +92,13 @@ fn trace_source(component: &str, solver: Solver, parts: Parts) -> String {
         Solver::Filter => [&solve, filtered, wgsl!("filter_cells")].join("\n"),
         _ => [&solve, wgsl!("cells")].join("\n"),
     };
-    [wgsl!("line"), &samples, &in_brick, wgsl!("walk"), wgsl!("trace")].join("\n")
+    [wgsl!("line"), &samples, &in_brick, wgsl!("walk"), wgsl!("blocks"), wgsl!("trace")].join("\n")
 }
 
 /// The WGSL of the shading pass.
-const SHADE: &str = wgsl!("shade");
+fn shade_source() -> String {
+    [wgsl!("blocks"), wgsl!("shade")].join("\n")
+}
 
 /// Draws on the GPU. Keeps volumes, distance maps and pictures there between frames.
 #[derive(Debug)]
@@ -99,7 +110,7 @@ pub struct GpuRenderer {
     /// As float32, for the solver `filter`.
     filtered: Vec<(Weak<Volume>, wgpu::Texture)>,
     map_textures: Vec<(Weak<DistanceMap>, wgpu::Texture)>,
-    mask_buffers: Vec<(Weak<CellMasks>, wgpu::Buffer)>,
+    mask_textures: Vec<(Weak<CellMasks>, wgpu::Texture)>,
     target: Option<Target>,
 }
 
@@ -108,41 +119,38 @@ impl GpuRenderer {
     pub fn new(software: bool) -> Result<Self, GpuError> {
         let gpu = Gpu::open(software)?;
         let pipelines = Pipelines::new(&gpu);
-        let (volumes, filtered, map_textures, mask_buffers) = (vec![], vec![], vec![], vec![]);
-        Ok(Self { gpu, pipelines, maps: MapCache::default(), volumes, filtered, map_textures, mask_buffers, target: None })
+        let (volumes, filtered, map_textures, mask_textures) = (vec![], vec![], vec![], vec![]);
+        Ok(Self { gpu, pipelines, maps: MapCache::default(), volumes, filtered, map_textures, mask_textures, target: None })
     }
 
     fn sample_texture(&mut self, volume: &Arc<Volume>) -> Result<wgpu::Texture, GpuError> {
         cached(&mut self.volumes, volume, || upload::upload_samples(&self.gpu, volume))
     }
 
-    /// The samples as what hardware filters; where they are float32 already, the texture that the other solvers take.
+    /// The samples as what hardware filters.
     fn filtered_texture(&mut self, volume: &Arc<Volume>) -> Result<wgpu::Texture, GpuError> {
         if !self.gpu.filters_f32() {
             return Err(GpuError::NoFilter { adapter: self.gpu.info.name.clone() });
         }
-        match volume.samples() {
-            Samples::F32(_) => self.sample_texture(volume),
-            _ => cached(&mut self.filtered, volume, || upload::upload_as_f32(&self.gpu, volume)),
-        }
+        cached(&mut self.filtered, volume, || upload::upload_as_f32(&self.gpu, volume))
     }
 
     fn map_texture(&mut self, map: &Arc<DistanceMap>, masks: &CellMasks) -> Result<wgpu::Texture, GpuError> {
         cached(&mut self.map_textures, map, || upload::upload_map(&self.gpu, map, masks))
     }
 
-    fn mask_buffer(&mut self, masks: &Arc<CellMasks>) -> Result<wgpu::Buffer, GpuError> {
-        cached(&mut self.mask_buffers, masks, || upload::upload_masks(&self.gpu, masks))
+    fn mask_texture(&mut self, masks: &Arc<CellMasks>) -> Result<wgpu::Texture, GpuError> {
+        cached(&mut self.mask_textures, masks, || upload::upload_masks(&self.gpu, masks))
     }
 
     fn draw(&mut self, frame: &Frame, scene: &Scene, width: u32, height: u32) -> Result<Picture, GpuError> {
         let plan = self.plan(frame, scene, width, height, frame.layers.len())?;
         let target = match self.target.take() {
-            Some(t) if t.width == width && t.height == height => t,
-            _ => Target::new(&self.gpu, width, height),
+            Some(t) if t.fits(&plan, width, height) => t,
+            _ => Target::new(&self.gpu, &plan, width, height),
         };
         self.pipelines.run(&self.gpu, &plan, &target);
-        let picture = target.read(&self.gpu, frame)?;
+        let picture = target.read(&self.gpu, &plan, frame, scene)?;
         self.target = Some(target);
         Ok(picture)
     }
@@ -185,4 +193,32 @@ fn cached<T, R: Clone>(cache: &mut Vec<(Weak<T>, R)>, of: &Arc<T>, make: impl Fn
     let made = make()?;
     cache.push((Arc::downgrade(of), made.clone()));
     Ok(made)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use naga::valid::{Capabilities, ValidationFlags, Validator};
+
+    #[test]
+    fn every_pass_is_valid() {
+        // Fails when a part that no picture of the other tests needs no longer fits the rest: scans of more layers than a texture array
+        // has, the passes that are only timed.
+        for solver in Solver::ALL {
+            for parts in [Parts::Walk, Parts::Fetch, Parts::Solve] {
+                for component in ["u32", "i32", "f32"] {
+                    for in_layers in [false, true] {
+                        // What hardware filters is float32, in a 3D texture.
+                        if solver == Solver::Filter && (in_layers || component != "f32") {
+                            continue;
+                        }
+                        let source = trace_source(Reads { component, in_layers }, solver, parts);
+                        let module = naga::front::wgsl::parse_str(&source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&source)));
+                        let valid = Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module);
+                        assert!(valid.is_ok(), "{solver} {parts:?} {component} {in_layers}: {valid:?}");
+                    }
+                }
+            }
+        }
+    }
 }

@@ -1,22 +1,26 @@
 //! The compute pipelines, what is bound to them, and the picture they leave.
 
+use super::blocks::{BLOCK_PIXELS, pixel_in_block};
 use super::device::{Gpu, GpuError};
-use super::layout::{ShadeLayer, TraceParams};
-use super::plan::{Plan, VolumeOnGpu};
-use super::{Parts, SHADE, TILE, trace_source};
+use super::layout::{Block, TraceParams};
+use super::plan::Plan;
+use super::{Parts, Reads, shade_source, trace_source};
 use crate::frame::Frame;
 use crate::roots::Solver;
-use crate::scene::Picture;
+use crate::scene::{Picture, Scene};
+use crate::spans::BLOCK;
+use rayon::prelude::*;
+use std::ops::Range;
 use std::time::Instant;
 use wgpu::{
-    BindGroupEntry, BindGroupLayoutEntry, BindingType, BufferBindingType, BufferUsages, SamplerBindingType, TextureFormat,
-    TextureSampleType,
+    BindGroupEntry, BindGroupLayoutEntry, BindingType, BufferBindingType, BufferUsages, SamplerBindingType, StorageTextureAccess,
+    TextureFormat, TextureSampleType, TextureViewDimension,
 };
 
 /// A pass over volumes of one component type, with one solver.
 #[derive(Debug)]
 struct Trace {
-    component: &'static str,
+    reads: Reads,
     solver: Solver,
     parts: Parts,
     layout: wgpu::BindGroupLayout,
@@ -31,6 +35,8 @@ pub(super) struct Pipelines {
     shade: wgpu::ComputePipeline,
     /// The hardware's trilinear filter, for the solver `filter`.
     pub filter: wgpu::Sampler,
+    /// For fetches of four texels.
+    nearest: wgpu::Sampler,
 }
 
 pub(super) fn entry(binding: u32, ty: BindingType) -> BindGroupLayoutEntry {
@@ -45,18 +51,20 @@ pub(super) fn bound(binding: u32, resource: wgpu::BindingResource<'_>) -> BindGr
     BindGroupEntry { binding, resource }
 }
 
-pub(super) fn volume_texture(sample_type: TextureSampleType) -> BindingType {
-    BindingType::Texture { sample_type, view_dimension: wgpu::TextureViewDimension::D3, multisampled: false }
+/// A texture whose numbers are read one by one.
+fn numbers(view_dimension: TextureViewDimension) -> BindingType {
+    BindingType::StorageTexture { access: StorageTextureAccess::ReadOnly, format: TextureFormat::R32Uint, view_dimension }
 }
 
-fn picture_texture(format: TextureFormat) -> BindingType {
-    let access = wgpu::StorageTextureAccess::WriteOnly;
-    BindingType::StorageTexture { access, format, view_dimension: wgpu::TextureViewDimension::D2 }
+pub(super) fn volume_texture(sample_type: TextureSampleType, view_dimension: TextureViewDimension) -> BindingType {
+    BindingType::Texture { sample_type, view_dimension, multisampled: false }
 }
 
-const COLOR: TextureFormat = TextureFormat::Rgba8Unorm;
-const DEPTH: TextureFormat = TextureFormat::R32Float;
-const ID: TextureFormat = TextureFormat::R32Uint;
+/// The records of `size` bytes of some blocks in a buffer.
+fn part<'a>(buffer: &'a wgpu::Buffer, blocks: &Range<usize>, size: usize) -> wgpu::BindingResource<'a> {
+    let (offset, bytes) = ((blocks.start * size) as u64, (blocks.len() * size) as u64);
+    wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset, size: wgpu::BufferSize::new(bytes) })
+}
 
 pub(super) fn compile(
     gpu: &Gpu,
@@ -84,85 +92,94 @@ pub(super) fn compile(
 
 impl Pipelines {
     pub fn new(gpu: &Gpu) -> Self {
-        let entries = [
-            entry(0, storage(true)),
-            entry(1, storage(true)),
-            entry(2, storage(true)),
-            entry(3, picture_texture(COLOR)),
-            entry(4, picture_texture(DEPTH)),
-            entry(5, picture_texture(ID)),
-        ];
-        let (shade_layout, shade) = compile(gpu, "shade", SHADE, &entries);
+        let entries =
+            [entry(0, storage(true)), entry(1, storage(true)), entry(2, storage(true)), entry(3, storage(true)), entry(4, storage(false))];
+        let (shade_layout, shade) = compile(gpu, "shade", &shade_source(), &entries);
         let linear = wgpu::FilterMode::Linear;
         let descriptor = wgpu::SamplerDescriptor { label: Some("filter"), mag_filter: linear, min_filter: linear, ..Default::default() };
         let filter = gpu.device.create_sampler(&descriptor);
-        Self { trace: vec![], shade_layout, shade, filter }
+        let nearest = gpu.device.create_sampler(&Default::default());
+        Self { trace: vec![], shade_layout, shade, filter, nearest }
     }
 
-    /// Compiles the pass for `component`, `solver` and `parts`, if it is not yet; its number.
-    fn trace(&mut self, gpu: &Gpu, component: &'static str, solver: Solver, parts: Parts) -> usize {
-        if let Some(known) = self.trace.iter().position(|t| t.component == component && t.solver == solver && t.parts == parts) {
+    /// Compiles the pass for `reads`, `solver` and `parts`, if it is not yet; its number.
+    fn trace(&mut self, gpu: &Gpu, reads: Reads, solver: Solver, parts: Parts) -> usize {
+        if let Some(known) = self.trace.iter().position(|t| t.reads == reads && t.solver == solver && t.parts == parts) {
             return known;
         }
-        let sample_type = match component {
+        let sample_type = match reads.component {
             "u32" => TextureSampleType::Uint,
             "i32" => TextureSampleType::Sint,
             _ => TextureSampleType::Float { filterable: solver == Solver::Filter },
         };
         let mut entries = vec![
             entry(0, storage(true)),
-            entry(1, volume_texture(sample_type)),
-            entry(2, volume_texture(TextureSampleType::Uint)),
+            entry(1, volume_texture(sample_type, if reads.in_layers { TextureViewDimension::D2Array } else { TextureViewDimension::D3 })),
+            entry(2, numbers(TextureViewDimension::D3)),
             entry(3, storage(false)),
-            entry(5, storage(true)),
+            entry(5, numbers(TextureViewDimension::D2)),
             entry(6, storage(true)),
         ];
         if solver == Solver::Filter {
             entries.push(entry(4, BindingType::Sampler(SamplerBindingType::Filtering)));
+        } else if reads.in_layers {
+            entries.push(entry(4, BindingType::Sampler(SamplerBindingType::NonFiltering)));
         }
-        let (layout, pipeline) = compile(gpu, "trace", &trace_source(component, solver, parts), &entries);
-        self.trace.push(Trace { component, solver, parts, layout, pipeline });
+        let (layout, pipeline) = compile(gpu, "trace", &trace_source(reads, solver, parts), &entries);
+        self.trace.push(Trace { reads, solver, parts, layout, pipeline });
         self.trace.len() - 1
     }
 
-    /// The parameters, textures and hits of a pass over one volume.
-    fn trace_group(&self, gpu: &Gpu, number: usize, volume: &VolumeOnGpu, params: &[TraceParams], hits: &wgpu::Buffer) -> wgpu::BindGroup {
-        let trace = &self.trace[number];
-        let params = filled_buffer(gpu, bytemuck::cast_slice(params), BufferUsages::STORAGE);
-        let [samples, map] = [&volume.samples, &volume.map].map(|t| t.create_view(&Default::default()));
+    /// Everything that pass `pass` of the plan reads and writes for some blocks, with `params` instead of its own.
+    fn trace_group(
+        &self,
+        gpu: &Gpu,
+        number: usize,
+        plan: &Plan,
+        (pass, params): (usize, &TraceParams),
+        blocks: &Range<usize>,
+        hits: &wgpu::Buffer,
+    ) -> wgpu::BindGroup {
+        let (trace, volume) = (&self.trace[number], &plan.volumes[pass]);
+        let params = filled_buffer(gpu, bytemuck::bytes_of(params), BufferUsages::STORAGE);
+        // Of a single layer the default is no array.
+        let dimension = volume.reads.in_layers.then_some(TextureViewDimension::D2Array);
+        let samples = volume.samples.create_view(&wgpu::TextureViewDescriptor { dimension, ..Default::default() });
+        let [map, masks] = [&volume.map, &volume.masks].map(|t| t.create_view(&Default::default()));
         let texture = wgpu::BindingResource::TextureView;
         let mut entries = vec![
             bound(0, params.as_entire_binding()),
             bound(1, texture(&samples)),
             bound(2, texture(&map)),
             bound(3, hits.as_entire_binding()),
-            bound(5, volume.masks.as_entire_binding()),
-            bound(6, volume.spans.as_entire_binding()),
+            bound(5, texture(&masks)),
+            bound(6, part(&volume.blocks, blocks, size_of::<Block>())),
         ];
         if trace.solver == Solver::Filter {
             entries.push(bound(4, wgpu::BindingResource::Sampler(&self.filter)));
+        } else if volume.reads.in_layers {
+            entries.push(bound(4, wgpu::BindingResource::Sampler(&self.nearest)));
         }
-        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("tiles"), layout: &trace.layout, entries: &entries })
+        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("trace"), layout: &trace.layout, entries: &entries })
     }
 
-    /// Runs one pass over some tiles of the plan's volume `pass` and waits for it; seconds.
+    /// Runs pass `pass` of the plan, with `params` instead of its own, over some blocks and waits for it; seconds.
     pub fn time(
         &mut self,
         gpu: &Gpu,
         plan: &Plan,
-        pass: usize,
+        (pass, params): (usize, &TraceParams),
         parts: Parts,
-        params: &[TraceParams],
+        blocks: &Range<usize>,
         hits: &wgpu::Buffer,
     ) -> Result<f64, GpuError> {
-        let volume = &plan.volumes[pass];
-        let number = self.trace(gpu, volume.component, plan.solver, parts);
-        let group = self.trace_group(gpu, number, volume, params, hits);
+        let number = self.trace(gpu, plan.volumes[pass].reads, plan.solver, parts);
+        let group = self.trace_group(gpu, number, plan, (pass, params), blocks, hits);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let mut compute = encoder.begin_compute_pass(&Default::default());
         compute.set_pipeline(&self.trace[number].pipeline);
         compute.set_bind_group(0, &group, &[]);
-        compute.dispatch_workgroups(TILE / 8, TILE / 8, params.len() as u32);
+        compute.dispatch_workgroups(blocks.len() as u32, 1, 1);
         drop(compute);
         gpu.wait()?;
         let begun = Instant::now();
@@ -171,56 +188,49 @@ impl Pipelines {
         Ok(begun.elapsed().as_secs_f64())
     }
 
-    /// Runs all passes over all tiles.
+    /// Runs all passes over all blocks.
     pub fn run(&mut self, gpu: &Gpu, plan: &Plan, target: &Target) {
-        let Plan { solver, volumes, trace, shade, colors, batch } = plan;
-        let hits = hit_buffer(gpu, *batch, volumes.len());
-        let unused = [ShadeLayer { color: [0.0; 4], id: 0, padding: [0; 3] }];
-        let colors = bytemuck::cast_slice(if colors.is_empty() { &unused } else { colors });
-        let colors = filled_buffer(gpu, colors, BufferUsages::STORAGE);
-        let numbers: Vec<usize> = volumes.iter().map(|v| self.trace(gpu, v.component, *solver, Parts::Solve)).collect();
-        let view = |t: &wgpu::Texture| t.create_view(&Default::default());
-        let [color, depth, id] = [&target.color, &target.depth, &target.id].map(view);
-        let texture = wgpu::BindingResource::TextureView;
-        for first in (0..shade.len()).step_by(*batch) {
-            let tiles = first..(first + batch).min(shade.len());
+        // No volume has no blocks.
+        let Some(first) = plan.volumes.first() else { return };
+        let numbers: Vec<usize> = plan.volumes.iter().map(|v| self.trace(gpu, v.reads, plan.solver, Parts::Solve)).collect();
+        let colors = filled_buffer(gpu, bytemuck::cast_slice(&plan.colors), BufferUsages::STORAGE);
+        let params = filled_buffer(gpu, bytemuck::bytes_of(&plan.shade), BufferUsages::STORAGE);
+        for blocks in plan.batches() {
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
             let mut pass = encoder.begin_compute_pass(&Default::default());
             let mut dispatch = |pipeline: &wgpu::ComputePipeline, group: wgpu::BindGroup| {
                 pass.set_pipeline(pipeline);
                 pass.set_bind_group(0, &group, &[]);
-                pass.dispatch_workgroups(TILE / 8, TILE / 8, tiles.len() as u32);
+                pass.dispatch_workgroups(blocks.len() as u32, 1, 1);
             };
-            for ((&number, volume), params) in numbers.iter().zip(volumes).zip(trace) {
-                dispatch(&self.trace[number].pipeline, self.trace_group(gpu, number, volume, &params[tiles.clone()], &hits));
+            for (&number, own) in numbers.iter().zip(plan.trace.iter().enumerate()) {
+                dispatch(&self.trace[number].pipeline, self.trace_group(gpu, number, plan, own, &blocks, &target.hits));
             }
-            let params = filled_buffer(gpu, bytemuck::cast_slice(&shade[tiles.clone()]), BufferUsages::STORAGE);
             let entries = [
                 bound(0, params.as_entire_binding()),
-                bound(1, hits.as_entire_binding()),
+                bound(1, target.hits.as_entire_binding()),
                 bound(2, colors.as_entire_binding()),
-                bound(3, texture(&color)),
-                bound(4, texture(&depth)),
-                bound(5, texture(&id)),
+                bound(3, part(&first.blocks, &blocks, size_of::<Block>())),
+                bound(4, part(&target.pixels, &blocks, BLOCK_PIXELS * size_of::<Pixel>())),
             ];
             let layout = &self.shade_layout;
-            let descriptor = wgpu::BindGroupDescriptor { label: Some("tiles"), layout, entries: &entries };
-            dispatch(&self.shade, gpu.device.create_bind_group(&descriptor));
+            dispatch(
+                &self.shade,
+                gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("shade"), layout, entries: &entries }),
+            );
             drop(pass);
             gpu.queue.submit([encoder.finish()]);
         }
     }
 }
 
-/// Room for the hits of `passes` over a batch of tiles.
-pub(super) fn hit_buffer(gpu: &Gpu, batch: usize, passes: usize) -> wgpu::Buffer {
-    let size = batch as u64 * hit_bytes(passes);
-    gpu.device.create_buffer(&wgpu::BufferDescriptor { label: Some("hits"), size, usage: BufferUsages::STORAGE, mapped_at_creation: false })
-}
+/// Bytes of the hit of a pixel.
+pub(super) const HIT_BYTES: u64 = 16;
 
-/// Bytes of the hits of a tile: 16 for each pixel and pass, and never none.
-pub(super) fn hit_bytes(passes: usize) -> u64 {
-    u64::from(TILE * TILE) * 16 * passes.max(1) as u64
+/// Room for the hits of `passes` over a batch of blocks of `plan`.
+pub(super) fn hit_buffer(gpu: &Gpu, plan: &Plan, passes: usize) -> wgpu::Buffer {
+    let size = (plan.batch * BLOCK_PIXELS * passes) as u64 * HIT_BYTES;
+    gpu.device.create_buffer(&wgpu::BufferDescriptor { label: Some("hits"), size, usage: BufferUsages::STORAGE, mapped_at_creation: false })
 }
 
 pub(super) fn filled_buffer(gpu: &Gpu, bytes: &[u8], usage: BufferUsages) -> wgpu::Buffer {
@@ -235,76 +245,82 @@ pub(super) fn filled_buffer(gpu: &Gpu, bytes: &[u8], usage: BufferUsages) -> wgp
     buffer
 }
 
+/// Colour and volume, and the depth: `pixels` of `shaders/shade.wgsl`.
+pub(super) type Pixel = [u32; 2];
+
 /// The picture on the GPU, and the way back.
 #[derive(Debug)]
 pub(super) struct Target {
-    pub width: u32,
-    pub height: u32,
-    color: wgpu::Texture,
-    depth: wgpu::Texture,
-    id: wgpu::Texture,
-    /// All three, one after the other.
+    width: u32,
+    height: u32,
+    passes: usize,
+    hits: wgpu::Buffer,
+    /// Block by block of those that are drawn.
+    pixels: wgpu::Buffer,
     readback: wgpu::Buffer,
 }
 
-/// Each of the three formats has 4 bytes a pixel.
-const PIXEL_BYTES: u32 = 4;
-
 impl Target {
-    pub fn new(gpu: &Gpu, width: u32, height: u32) -> Self {
-        let texture = |format| {
-            gpu.device.create_texture(&wgpu::TextureDescriptor {
-                label: Some("picture"),
-                size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format,
-                usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_SRC,
-                view_formats: &[],
-            })
+    pub fn new(gpu: &Gpu, plan: &Plan, width: u32, height: u32) -> Self {
+        let blocks = (width.div_ceil(BLOCK) * height.div_ceil(BLOCK)) as usize;
+        let buffer = |usage| {
+            let size = (blocks * BLOCK_PIXELS * size_of::<Pixel>()) as u64;
+            gpu.device.create_buffer(&wgpu::BufferDescriptor { label: Some("picture"), size, usage, mapped_at_creation: false })
         };
-        let readback = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("picture"),
-            size: 3 * u64::from(row_bytes(width)) * u64::from(height),
-            usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        Self { width, height, color: texture(COLOR), depth: texture(DEPTH), id: texture(ID), readback }
+        let passes = plan.volumes.len();
+        Self {
+            width,
+            height,
+            passes,
+            hits: hit_buffer(gpu, plan, passes),
+            pixels: buffer(BufferUsages::STORAGE | BufferUsages::COPY_SRC),
+            readback: buffer(BufferUsages::MAP_READ | BufferUsages::COPY_DST),
+        }
+    }
+
+    /// Whether a picture of that size has room here.
+    pub fn fits(&self, plan: &Plan, width: u32, height: u32) -> bool {
+        self.width == width && self.height == height && self.passes == plan.volumes.len()
     }
 
     /// Waits for the picture and copies it to memory.
-    pub fn read(&self, gpu: &Gpu, frame: &Frame) -> Result<Picture, GpuError> {
-        let (row, plane) = (row_bytes(self.width), u64::from(row_bytes(self.width)) * u64::from(self.height));
-        let size = wgpu::Extent3d { width: self.width, height: self.height, depth_or_array_layers: 1 };
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        for (n, texture) in [&self.color, &self.depth, &self.id].into_iter().enumerate() {
-            let layout = wgpu::TexelCopyBufferLayout { offset: n as u64 * plane, bytes_per_row: Some(row), rows_per_image: None };
-            encoder.copy_texture_to_buffer(texture.as_image_copy(), wgpu::TexelCopyBufferInfo { buffer: &self.readback, layout }, size);
+    pub fn read(&self, gpu: &Gpu, plan: &Plan, frame: &Frame, scene: &Scene) -> Result<Picture, GpuError> {
+        let (width, height) = (self.width, self.height);
+        let count = width as usize * height as usize;
+        let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0).round() as u8;
+        let background = scene.background.map_or([0; 4], |c| [byte(c.0[0]), byte(c.0[1]), byte(c.0[2]), 255]);
+        let mut picture =
+            Picture { width, height, rgba: vec![background; count], depth_mm: vec![f32::NAN; count], volume_id: vec![0; count] };
+        if plan.blocks.is_empty() {
+            return Ok(picture);
         }
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        let used = (plan.blocks.len() * BLOCK_PIXELS * size_of::<Pixel>()) as u64;
+        encoder.copy_buffer_to_buffer(&self.pixels, 0, &self.readback, 0, used);
         gpu.queue.submit([encoder.finish()]);
         gpu.read_buffer(&self.readback, |bytes| {
-            let used = (self.width * PIXEL_BYTES) as usize;
-            let pixels = |n: u64| {
-                let plane = &bytes[(n * plane) as usize..((n + 1) * plane) as usize];
-                plane.chunks(row as usize).flat_map(move |r| r[..used].chunks_exact(4)).map(|p| [p[0], p[1], p[2], p[3]])
-            };
-            let depth_mm = |(n, p): (usize, [u8; 4])| {
-                let (x, y) = (n as u32 % self.width, n as u32 / self.width);
-                Some(f32::from_le_bytes(p)).filter(|s| *s >= 0.0).map_or(f32::NAN, |s| frame.depth_mm(x, y, s))
-            };
-            Picture {
-                width: self.width,
-                height: self.height,
-                rgba: pixels(0).collect(),
-                depth_mm: pixels(1).enumerate().map(depth_mm).collect(),
-                volume_id: pixels(2).map(|p| p[0]).collect(),
+            let pixels: &[Pixel] = bytemuck::cast_slice(&bytes[..used as usize]);
+            let blocks: Vec<_> = plan.blocks.iter().zip(pixels.chunks_exact(BLOCK_PIXELS)).collect();
+            let mut of_row = vec![&[][..]; height.div_ceil(BLOCK) as usize];
+            for row in blocks.chunk_by(|(a, _), (b, _)| a[1] == b[1]) {
+                of_row[(row[0].0[1] / BLOCK) as usize] = row;
             }
+            let rows = (BLOCK * width) as usize;
+            let parts = picture.rgba.par_chunks_mut(rows).zip(picture.depth_mm.par_chunks_mut(rows));
+            parts.zip(picture.volume_id.par_chunks_mut(rows)).zip(of_row).for_each(|(((rgba, depth_mm), volume_id), row)| {
+                for ([x0, y0], pixels) in row {
+                    for (n, [color, depth]) in (0..).zip(*pixels) {
+                        let [dx, dy] = pixel_in_block(n);
+                        let (x, at) = (x0 + dx, (dy * width + x0 + dx) as usize);
+                        let [r, g, b, id] = color.to_le_bytes();
+                        if id != 0 && x < width && at < rgba.len() {
+                            (rgba[at], volume_id[at]) = ([r, g, b, 255], id);
+                            depth_mm[at] = frame.depth_mm(x, y0 + dy, f32::from_bits(*depth));
+                        }
+                    }
+                }
+            });
+            picture
         })
     }
-}
-
-/// Rows in a buffer start at multiples of 256 bytes (WebGPU, "bytesPerRow").
-fn row_bytes(width: u32) -> u32 {
-    (width * PIXEL_BYTES).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT)
 }

@@ -1,12 +1,14 @@
-//! What one picture asks of the GPU: textures, and the parameters of every pass over every tile.
+//! What one picture asks of the GPU: textures, blocks, and the parameters of every pass.
 
-use super::layout::{PixelAffinePairs, ShadeLayer, ShadeParams, TraceParams, padded, padded_matrix};
-use super::pipelines::{filled_buffer, hit_bytes};
-use super::{BATCH, GpuError, GpuRenderer, TILE, upload};
+use super::blocks::{self, BLOCK_PIXELS};
+use super::layout::{Block, PixelAffinePairs, ShadeLayer, ShadeParams, TraceParams, padded, padded_matrix};
+use super::pipelines::{HIT_BYTES, Pixel, filled_buffer};
+use super::{BATCH, GpuError, GpuRenderer, Reads, upload};
 use crate::frame::{Frame, FrameLayer};
 use crate::roots::Solver;
 use crate::scene::{Mode, Scene};
 use crate::spans::BLOCK;
+use std::ops::Range;
 
 /// The passes of a picture.
 #[derive(Debug)]
@@ -14,109 +16,112 @@ pub(super) struct Plan {
     pub solver: Solver,
     /// What passes over each volume read.
     pub volumes: Vec<VolumeOnGpu>,
-    /// For each volume, the parameters of each tile.
-    pub trace: Vec<Vec<TraceParams>>,
-    /// The parameters of each tile.
-    pub shade: Vec<ShadeParams>,
+    /// For each volume.
+    pub trace: Vec<TraceParams>,
+    pub shade: ShadeParams,
     /// For each volume.
     pub colors: Vec<ShadeLayer>,
-    /// Tiles in one dispatch.
+    /// First pixels of the blocks that are drawn, row by row.
+    pub blocks: Vec<[u32; 2]>,
+    /// Blocks in one dispatch.
     pub batch: usize,
+}
+
+/// Numbers of pixels have 16 bits (`at_pixel` of `shaders/line.wgsl`).
+const MOST_PIXELS_ACROSS: u32 = 1 << 16;
+/// Numbers of volumes in a pixel have 8 bits, and 0 is none.
+const MOST_VOLUMES: usize = 255;
+/// A batch has a multiple of as many blocks, whose records take 256 bytes: where the part of a buffer that a pass sees may begin (WebGPU,
+/// "minStorageBufferOffsetAlignment").
+const ALIGNED_BLOCKS: usize = 256 / size_of::<Block>();
+
+impl Plan {
+    /// The numbers of blocks in each dispatch.
+    pub fn batches(&self) -> impl Iterator<Item = Range<usize>> {
+        let (count, batch) = (self.blocks.len(), self.batch);
+        (0..count).step_by(batch).map(move |first| first..(first + batch).min(count))
+    }
 }
 
 /// A volume as a pass sees it.
 #[derive(Debug)]
 pub(super) struct VolumeOnGpu {
     pub samples: wgpu::Texture,
-    /// Component type of the samples.
-    pub component: &'static str,
+    /// How they are read.
+    pub reads: Reads,
     /// Distances of bricks and numbers of their masks.
     pub map: wgpu::Texture,
-    pub masks: wgpu::Buffer,
-    pub spans: wgpu::Buffer,
+    pub masks: wgpu::Texture,
+    /// The blocks that are drawn, with their spans.
+    pub blocks: wgpu::Buffer,
 }
 
 impl GpuRenderer {
     /// The passes of a picture, where each pixel has room for the hits of `slots` passes.
     pub(super) fn plan(&mut self, frame: &Frame, scene: &Scene, width: u32, height: u32, slots: usize) -> Result<Plan, GpuError> {
-        let limit = self.gpu.device.limits().max_texture_dimension_2d;
-        if width > limit || height > limit {
+        let limits = self.gpu.device.limits();
+        let limit = ((limits.max_buffer_size / size_of::<Pixel>() as u64).isqrt() as u32).min(MOST_PIXELS_ACROSS);
+        if width.max(height) > MOST_PIXELS_ACROSS || u64::from(width) * u64::from(height) > u64::from(limit).pow(2) {
             return Err(GpuError::PictureTooLarge { width, height, limit, adapter: self.gpu.info.name.clone() });
+        }
+        if scene.layers.len() > MOST_VOLUMES {
+            return Err(GpuError::TooManyVolumes { count: scene.layers.len(), most: MOST_VOLUMES });
         }
         let mut volumes = Vec::new();
         // A volume without cells has nothing to walk, and a texture needs at least one brick.
         let layers: Vec<_> = frame.layers.iter().filter(|l| !l.surface.grid.is_flat()).collect();
+        let pixels = blocks::seen(&layers);
         for layer in &layers {
             let volume = &layer.surface.volume;
-            let (samples, component) = match scene.solver {
-                Solver::Filter => (self.filtered_texture(volume)?, "f32"),
-                _ => (self.sample_texture(volume)?, upload::kind_of(volume.samples()).1),
+            let (samples, reads) = match scene.solver {
+                Solver::Filter => (self.filtered_texture(volume)?, Reads { component: "f32", in_layers: false }),
+                _ => {
+                    let (component, in_layers) = (upload::kind_of(volume.samples()).1, upload::has_layers(&self.gpu, volume));
+                    (self.sample_texture(volume)?, Reads { component, in_layers })
+                }
             };
             let map = self.map_texture(&layer.map, &layer.masks)?;
-            let masks = self.mask_buffer(&layer.masks)?;
-            let spans = filled_buffer(&self.gpu, bytemuck::cast_slice(&layer.spans.blocks), wgpu::BufferUsages::STORAGE);
-            volumes.push(VolumeOnGpu { samples, component, map, masks, spans });
+            let masks = self.mask_texture(&layer.masks)?;
+            let blocks = blocks::of_layer(layer, &pixels);
+            let blocks = filled_buffer(&self.gpu, bytemuck::cast_slice(&blocks), wgpu::BufferUsages::STORAGE);
+            volumes.push(VolumeOnGpu { samples, reads, map, masks, blocks });
         }
-        let limit = self.gpu.device.limits().max_storage_buffer_binding_size;
-        let batch = (limit / hit_bytes(slots)).min(BATCH);
-        if batch == 0 {
-            return Err(GpuError::TooManyVolumes { count: layers.len(), most: (limit / hit_bytes(1)) as usize });
-        }
-        let stride = TILE * TILE * batch as u32;
-        let tiles: Vec<[u32; 4]> = (0..height)
-            .step_by(TILE as usize)
-            .flat_map(|y| (0..width).step_by(TILE as usize).map(move |x| [x, y, TILE.min(width - x), TILE.min(height - y)]))
-            .collect();
-        let trace_tile = |layer: &FrameLayer, pass: usize, [x, y, w, h]: [u32; 4]| {
-            let rays = layer.rays.from_pixel(x, y);
-            TraceParams {
-                origin: PixelAffinePairs::new(&rays.origin),
-                direction: PixelAffinePairs::new(&rays.direction),
-                normal_to_world: padded_matrix(layer.normal_to_world),
-                dims: layer.surface.grid.dims().map(|n| n as i32),
-                level: layer.level,
-                bricks: layer.map.dims().map(|n| n as i32),
-                sign: layer.surface.sign,
-                tile: [w, h],
-                pass_number: pass as u32,
-                stride,
-                only_nearest: u32::from(frame.only_nearest),
-                zero: 0,
-                blocks_across: layer.spans.across,
-                padding: 0,
-                block: [x / BLOCK, y / BLOCK],
-                more_padding: [0; 2],
-            }
+        let pixels_at_once = limits.max_storage_buffer_binding_size / (HIT_BYTES * slots.max(1) as u64);
+        let most = (pixels_at_once as usize / BLOCK_PIXELS).min(BATCH);
+        let all = (width.div_ceil(BLOCK) * height.div_ceil(BLOCK)) as usize;
+        let batch = all.next_multiple_of(ALIGNED_BLOCKS).min(most / ALIGNED_BLOCKS * ALIGNED_BLOCKS);
+        let stride = (batch * BLOCK_PIXELS) as u32;
+        let trace = |(pass, layer): (usize, &&FrameLayer)| TraceParams {
+            origin: PixelAffinePairs::new(&layer.rays.origin),
+            direction: PixelAffinePairs::new(&layer.rays.direction),
+            normal_to_world: padded_matrix(layer.normal_to_world),
+            dims: layer.surface.grid.dims().map(|n| n as i32),
+            level: layer.level,
+            bricks: layer.map.dims().map(|n| n as i32),
+            sign: layer.surface.sign,
+            pass_number: pass as u32,
+            stride,
+            only_nearest: u32::from(frame.only_nearest),
+            zero: 0,
         };
-        let trace: Vec<Vec<TraceParams>> =
-            layers.iter().enumerate().map(|(pass, layer)| tiles.iter().map(|&tile| trace_tile(layer, pass, tile)).collect()).collect();
-        let shade: Vec<ShadeParams> = tiles
-            .iter()
-            .map(|&[x, y, w, h]| {
-                let view = frame.world_rays.from_pixel(x, y).direction;
-                ShadeParams {
-                    view_base: padded(view.base.as_vec3()),
-                    view_per_x: padded(view.per_x.as_vec3()),
-                    view_per_y: padded(view.per_y.as_vec3()),
-                    toward_light: frame.toward_light.to_array(),
-                    ambient: scene.light.ambient,
-                    background: frame.background.to_array(),
-                    diffuse: scene.light.diffuse,
-                    specular: scene.light.specular,
-                    shininess: scene.light.shininess,
-                    stride,
-                    corner: [x, y],
-                    tile: [w, h],
-                    passes: layers.len() as u32,
-                    overlay: u32::from(scene.mode == Mode::Overlay),
-                    padding: [0; 2],
-                }
-            })
-            .collect();
-        let colors: Vec<ShadeLayer> = layers
-            .iter()
-            .map(|l| ShadeLayer { color: l.color.extend(l.opacity).to_array(), id: l.index as u32 + 1, padding: [0; 3] })
-            .collect();
-        Ok(Plan { solver: scene.solver, volumes, trace, shade, colors, batch: batch as usize })
+        let view = frame.world_rays.direction;
+        let shade = ShadeParams {
+            view_base: padded(view.base.as_vec3()),
+            view_per_x: padded(view.per_x.as_vec3()),
+            view_per_y: padded(view.per_y.as_vec3()),
+            toward_light: frame.toward_light.to_array(),
+            ambient: scene.light.ambient,
+            diffuse: scene.light.diffuse,
+            specular: scene.light.specular,
+            shininess: scene.light.shininess,
+            stride,
+            passes: layers.len() as u32,
+            overlay: u32::from(scene.mode == Mode::Overlay),
+            padding: [0; 2],
+        };
+        let color = |l: &&FrameLayer| ShadeLayer { color: l.color.extend(l.opacity).to_array(), id: l.index as u32 + 1, padding: [0; 3] };
+        let trace = layers.iter().enumerate().map(trace).collect();
+        let colors = layers.iter().map(color).collect();
+        Ok(Plan { solver: scene.solver, volumes, trace, shade, colors, blocks: pixels, batch })
     }
 }

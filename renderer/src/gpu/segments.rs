@@ -7,7 +7,7 @@ use crate::RenderError;
 use crate::roots::Solver;
 use crate::stability::{Segment, SolveSegments, Solved};
 use bytemuck::{Pod, Zeroable};
-use wgpu::{BindingType, BufferUsages, SamplerBindingType, TextureSampleType};
+use wgpu::{BindingType, BufferUsages, SamplerBindingType, TextureSampleType, TextureViewDimension};
 
 /// `Segment` of `shaders/segments.wgsl`.
 #[repr(C)]
@@ -42,7 +42,7 @@ impl SolveSegments for GpuRenderer {
         let is_filter = solver == Solver::Filter;
         let mut entries = vec![entry(0, storage(true)), entry(1, storage(false))];
         if is_filter {
-            entries.push(entry(2, volume_texture(TextureSampleType::Float { filterable: true })));
+            entries.push(entry(2, volume_texture(TextureSampleType::Float { filterable: true }, TextureViewDimension::D3)));
             entries.push(entry(3, BindingType::Sampler(SamplerBindingType::Filtering)));
         }
         let (layout, pipeline) = compile(gpu, "solve", &segments_source(solver), &entries);
@@ -89,7 +89,7 @@ impl GpuRenderer {
                 samples[((z + (c >> 2)) * side + y + (c >> 1 & 1)) * side + x + (c & 1)] = *value;
             }
         }
-        let texture = upload::upload(&self.gpu, [side; 3], wgpu::TextureFormat::R32Float, bytemuck::cast_slice(&samples))?;
+        let texture = upload::upload(&self.gpu, &upload::Shape::of_f32([side; 3]), bytemuck::cast_slice(&samples))?;
         Ok(texture.create_view(&Default::default()))
     }
 }

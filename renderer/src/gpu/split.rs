@@ -26,17 +26,15 @@ impl GpuRenderer {
         // One slot more than passes: a pass that only looks as far as the hits before it, and has none itself.
         let slots = frame.layers.len() + 1;
         let plan = self.plan(frame, scene, width, height, slots)?;
-        let hits = hit_buffer(&self.gpu, plan.batch, slots);
+        let hits = hit_buffer(&self.gpu, &plan, slots);
         let (mut walking_ms, mut fetched_ms, mut solved_ms) = (0.0, 0.0, 0.0);
-        for first in (0..plan.shade.len()).step_by(plan.batch) {
-            let tiles = first..(first + plan.batch).min(plan.shade.len());
+        for blocks in plan.batches() {
             for (pass, params) in plan.trace.iter().enumerate() {
-                let params = &params[tiles.clone()];
-                let mut time =
-                    |parts, params: &[TraceParams]| fastest_ms(|| self.pipelines.time(&self.gpu, &plan, pass, parts, params, &hits));
+                let mut time = |parts, params: &TraceParams| {
+                    fastest_ms(|| self.pipelines.time(&self.gpu, &plan, (pass, params), parts, &blocks, &hits))
+                };
                 let solved = time(Parts::Solve, params)?;
-                let limited: Vec<TraceParams> =
-                    params.iter().map(|p| TraceParams { pass_number: p.pass_number + 1, only_nearest: 1, ..*p }).collect();
+                let limited = TraceParams { pass_number: params.pass_number + 1, only_nearest: 1, ..*params };
                 walking_ms += time(Parts::Walk, &limited)?;
                 // Fixed steps have no solver apart from what they fetch and interpolate.
                 fetched_ms += if matches!(scene.solver, Solver::Step(_)) { solved } else { time(Parts::Fetch, &limited)? };

@@ -1,19 +1,21 @@
-//! Volumes as 3D textures in the type of their samples: `textureLoad` returns exactly what the file holds. Hardware filters no integers,
-//! so the solver `filter` takes them as float32.
+//! Volumes as textures in the type of their samples: shaders read exactly what the file holds. An array of 2D textures, one for each k,
+//! gives four samples in one fetch; a 3D texture takes what such an array does not. Hardware filters no integers, so the solver `filter`
+//! takes them as float32. What is not sampled but looked up, a number at a time, are storage textures: llvmpipe reads these where it is,
+//! and calls a function for the others.
 
 use super::device::{Gpu, GpuError};
-use super::pipelines::filled_buffer;
 use crate::cell_masks::{CellMasks, WORDS};
 use crate::occupancy::DistanceMap;
 use bregma_volume::{Sample, Samples, Volume, with_samples};
+use wgpu::{TextureDimension, TextureFormat, TextureUsages};
 
 /// How samples are stored on the GPU: the texture's format and its component type in WGSL.
-pub(super) fn kind_of(samples: &Samples) -> (wgpu::TextureFormat, &'static str) {
+pub(super) fn kind_of(samples: &Samples) -> (TextureFormat, &'static str) {
     match samples {
-        Samples::U8(_) => (wgpu::TextureFormat::R8Uint, "u32"),
-        Samples::U16(_) => (wgpu::TextureFormat::R16Uint, "u32"),
-        Samples::I16(_) => (wgpu::TextureFormat::R16Sint, "i32"),
-        Samples::F32(_) => (wgpu::TextureFormat::R32Float, "f32"),
+        Samples::U8(_) => (TextureFormat::R8Uint, "u32"),
+        Samples::U16(_) => (TextureFormat::R16Uint, "u32"),
+        Samples::I16(_) => (TextureFormat::R16Sint, "i32"),
+        Samples::F32(_) => (TextureFormat::R32Float, "f32"),
     }
 }
 
@@ -25,40 +27,75 @@ pub(super) fn upload_samples(gpu: &Gpu, volume: &Volume) -> Result<wgpu::Texture
         Samples::I16(s) => bytemuck::cast_slice(s),
         Samples::F32(s) => bytemuck::cast_slice(s),
     };
-    upload(gpu, volume.grid().dims(), kind_of(volume.samples()).0, bytes)
+    let dimension = if has_layers(gpu, volume) { TextureDimension::D2 } else { TextureDimension::D3 };
+    let shape = Shape { dims: volume.grid().dims(), dimension, format: kind_of(volume.samples()).0, usage: TextureUsages::TEXTURE_BINDING };
+    upload(gpu, &shape, bytes)
+}
+
+/// Whether the samples of `volume` are an array of 2D textures, and not a 3D texture.
+pub(super) fn has_layers(gpu: &Gpu, volume: &Volume) -> bool {
+    let [nx, ny, nz] = volume.grid().dims();
+    let limits = gpu.device.limits();
+    nx.max(ny) <= limits.max_texture_dimension_2d as usize && nz <= limits.max_texture_array_layers as usize
 }
 
 /// Uploads the samples of `volume` as float32, which holds those of every type.
 pub(super) fn upload_as_f32(gpu: &Gpu, volume: &Volume) -> Result<wgpu::Texture, GpuError> {
     let samples: Vec<f32> = with_samples!(volume.samples(), s => s.iter().map(|s| s.to_f32()).collect());
-    upload(gpu, volume.grid().dims(), wgpu::TextureFormat::R32Float, bytemuck::cast_slice(&samples))
+    upload(gpu, &Shape::of_f32(volume.grid().dims()), bytemuck::cast_slice(&samples))
 }
 
 /// Uploads a distance map with the numbers of the masks above its 8 bits.
 pub(super) fn upload_map(gpu: &Gpu, map: &DistanceMap, masks: &CellMasks) -> Result<wgpu::Texture, GpuError> {
     let texels: Vec<u32> = map.distances().iter().zip(masks.slots()).map(|(&distance, slot)| u32::from(distance) | slot << 8).collect();
-    upload(gpu, map.dims(), wgpu::TextureFormat::R32Uint, bytemuck::cast_slice(&texels))
+    let shape = Shape::of_numbers(map.dims(), TextureDimension::D3);
+    upload(gpu, &shape, bytemuck::cast_slice(&texels))
 }
 
-/// Uploads the masks.
-pub(super) fn upload_masks(gpu: &Gpu, masks: &CellMasks) -> Result<wgpu::Buffer, GpuError> {
-    // A buffer holds at least one mask, even where nothing can be met.
-    let none = [0; WORDS];
-    let bytes: &[u8] = bytemuck::cast_slice(if masks.words().is_empty() { &none } else { masks.words() });
-    // The number of a mask has 24 bits beside a distance; a buffer as large would be 1 GiB.
-    let most = gpu.device.limits().max_storage_buffer_binding_size.min((4 * WORDS as u64) << 24);
-    if bytes.len() as u64 > most {
-        return Err(GpuError::Memory { mib: bytes.len() >> 20, adapter: gpu.info.name.clone() });
+/// Masks in a row of their texture, whose width any adapter has: `MASKS_ACROSS` of `shaders/walk.wgsl`.
+const MASKS_ACROSS: usize = 512;
+
+/// Uploads the masks, row after row, the numbers of each side by side.
+pub(super) fn upload_masks(gpu: &Gpu, masks: &CellMasks) -> Result<wgpu::Texture, GpuError> {
+    let words = masks.words();
+    // A texture has at least one row, even where nothing can be met.
+    let across = MASKS_ACROSS * WORDS;
+    let rows = words.len().div_ceil(across).max(1);
+    if rows > gpu.device.limits().max_texture_dimension_2d as usize {
+        return Err(GpuError::Memory { mib: size_of_val(words) >> 20, adapter: gpu.info.name.clone() });
     }
-    Ok(filled_buffer(gpu, bytes, wgpu::BufferUsages::STORAGE))
+    let mut numbers = vec![0_u32; rows * across];
+    numbers[..words.len()].copy_from_slice(words);
+    upload(gpu, &Shape::of_numbers([across, rows, 1], TextureDimension::D2), bytemuck::cast_slice(&numbers))
+}
+
+/// What a texture is like; one of two dimensions has a layer for each k.
+pub(super) struct Shape {
+    dims: [usize; 3],
+    dimension: TextureDimension,
+    format: TextureFormat,
+    usage: TextureUsages,
+}
+
+impl Shape {
+    /// Of what hardware filters.
+    pub fn of_f32(dims: [usize; 3]) -> Self {
+        Self { dims, dimension: TextureDimension::D3, format: TextureFormat::R32Float, usage: TextureUsages::TEXTURE_BINDING }
+    }
+
+    fn of_numbers(dims: [usize; 3], dimension: TextureDimension) -> Self {
+        Self { dims, dimension, format: TextureFormat::R32Uint, usage: TextureUsages::STORAGE_BINDING }
+    }
 }
 
 /// Bytes on their way at once: the driver keeps a copy of what is not yet on the card.
 const SLAB_BYTES: usize = 64 << 20;
 
-pub(super) fn upload(gpu: &Gpu, dims: [usize; 3], format: wgpu::TextureFormat, bytes: &[u8]) -> Result<wgpu::Texture, GpuError> {
+/// Uploads the texels of a texture, i fastest.
+pub(super) fn upload(gpu: &Gpu, shape: &Shape, bytes: &[u8]) -> Result<wgpu::Texture, GpuError> {
+    let Shape { dims, dimension, format, usage } = *shape;
     let limit = gpu.device.limits().max_texture_dimension_3d;
-    if dims.iter().any(|&n| n > limit as usize) {
+    if dimension == TextureDimension::D3 && dims.iter().any(|&n| n > limit as usize) {
         return Err(GpuError::TooLarge { dims, limit, adapter: gpu.info.name.clone() });
     }
     let [width, height, depth] = dims.map(|n| n as u32);
@@ -68,9 +105,9 @@ pub(super) fn upload(gpu: &Gpu, dims: [usize; 3], format: wgpu::TextureFormat, b
         size: wgpu::Extent3d { width, height, depth_or_array_layers: depth },
         mip_level_count: 1,
         sample_count: 1,
-        dimension: wgpu::TextureDimension::D3,
+        dimension,
         format,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        usage: usage | TextureUsages::COPY_DST,
         view_formats: &[],
     });
     if pollster::block_on(scope.pop()).is_some() {

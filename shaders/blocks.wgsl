@@ -1,0 +1,15 @@
+// The blocks of 8 × 8 pixels in which something may be seen, a workgroup each. The twin of renderer/src/gpu/blocks.rs.
+
+struct Block {
+    // Its first pixel.
+    pixel: vec2<u32>,
+    // Nearest and farthest depth; the first is the larger where there is nothing.
+    span: vec2<f32>,
+}
+
+const BLOCK_PIXELS: u32 = 64u;
+
+// The pixel of invocation n. Invocations that run side by side, be it 4, 8, 16 or 32, have pixels that lie close together.
+fn pixel_in_block(n: u32) -> vec2<u32> {
+    return vec2<u32>((n & 3u) | ((n >> 1u) & 4u), ((n >> 2u) & 1u) | ((n >> 3u) & 6u));
+}
