@@ -9,9 +9,9 @@ use crate::roots::{inside, trilinear};
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
-/// The first entries into the bone within bricks, as far as samples see them.
+/// The first entries of the rays of `of` into the bone within bricks, as far as samples see them.
 #[inline(always)]
-pub(super) fn walk<S: Simd>(simd: S, field: &Field<'_>, per_voxel: u32, pace: &Pace<S>, at: &InBrick<S>) -> Hits<S> {
+pub(super) fn walk<S: Simd>(simd: S, field: &Field<'_>, per_voxel: u32, pace: &Pace<S>, at: &InBrick<S>, of: Mask<S>) -> Hits<S> {
     let step = 1.0 / (per_voxel as f32 * dot(&pace.direction, &pace.direction).sqrt());
     // The last sample before the brick, but not before the box or the eye, where the first sample is taken.
     let mut n = ((at.s + at.t) / step).floor();
@@ -19,20 +19,20 @@ pub(super) fn walk<S: Simd>(simd: S, field: &Field<'_>, per_voxel: u32, pace: &P
     let at_entry = !met.is_isosurface() | (n * step).simd_lt(0.0);
     let mut t0 = at_entry.select(at.t, n * step - at.s);
     let mut p0 = axes!(a => at_entry.select(at.p[a], at.origin[a] + t0 * pace.direction[a]));
-    let mut f0 = value(simd, field, &at.corner, &p0, at.rays);
+    let mut f0 = value(simd, field, &at.corner(), &p0, of);
     let mut hits = Hits::none(simd);
-    let begun = at.rays & inside(f0);
+    let begun = of & inside(f0);
     hits.add(&hit(field, at, t0, &p0, begun, met.only(begun)));
-    let mut walking = at.rays & !begun;
+    let mut walking = of & !begun;
     loop {
         n += 1.0;
         let t1 = n * step - at.s;
-        walking &= !(t1.simd_gt(at.t_out) | (at.s + t0).simd_gt(at.s_max));
+        walking &= !(t1.simd_gt(at.t_out) | t0.simd_gt(at.t_end));
         if !walking.any_true() {
             return hits;
         }
         let p1 = axes!(a => at.origin[a] + t1 * pace.direction[a]);
-        let f1 = value(simd, field, &at.corner, &p1, walking);
+        let f1 = value(simd, field, &at.corner(), &p1, walking);
         let found = walking & inside(f1);
         if found.any_true() {
             let u = f0 / (f0 - f1);
@@ -59,6 +59,6 @@ fn value<S: Simd>(simd: S, field: &Field<'_>, corner: &[Ints<S>; 3], p: &Vecs<S>
 
 #[inline(always)]
 fn hit<S: Simd>(field: &Field<'_>, at: &InBrick<S>, t: Floats<S>, p: &Vecs<S>, found: Mask<S>, met: Met<S>) -> Hits<S> {
-    let (cell, local) = cell_of(field, &at.corner, p);
+    let (cell, local) = cell_of(field, &at.corner(), p);
     Hits { found, s: at.s + t, cell, local, met }
 }

@@ -1,12 +1,13 @@
 //! Following sixteen rays to their first hits: leaps between range bricks, until each is in one that may hold the surface; what is done
-//! there is `cells.rs` or `steps.rs`.
+//! there is `advance` and `solve` of `cells.rs`, or `steps.rs`.
 //!
 //! The twin of `shaders/walk.wgsl`. There, where no float64 exists, a line is a pair of float32 numbers; here it is float64.
 //! In both, positions become float32 only relative to a brick's corner, where they are good to a millionth of a voxel:
 //! a float32 position across a whole scan is not, and at grazing incidence a small error sideways is a large one in depth.
 
+use super::cells::{self, Place};
 use super::fetch::Source;
-use super::{cells, steps};
+use super::steps;
 use crate::cell_masks::{CellMasks, WORDS};
 use crate::lanes::{Doubles, Floats, Ints, LANES, Mask, Vecs, axes, numbers};
 use crate::occupancy::DistanceMap;
@@ -168,22 +169,65 @@ pub(crate) struct InBrick<S: Simd> {
     pub brick: [Ints<S>; 3],
     /// Where its mask begins.
     mask: Ints<S>,
-    /// First sample of the brick.
-    pub corner: [Ints<S>; 3],
-    /// Cells along each side.
-    pub size: Vecs<S>,
     /// Depth behind the base plane where t is 0, mm.
     pub s: Floats<S>,
-    /// Depth beyond which nothing is asked for.
-    pub s_max: Floats<S>,
     /// Position where t is 0.
     pub origin: Vecs<S>,
     /// Where the ray enters and leaves.
     pub t: Floats<S>,
     pub t_out: Floats<S>,
+    /// Where it leaves or nothing more is asked for.
+    pub t_end: Floats<S>,
     /// Position where it enters; exact on the axis that it enters along.
     pub p: Vecs<S>,
     pub entry: [Mask<S>; 3],
+    /// The cell that it enters.
+    pub first: Vecs<S>,
+}
+
+impl<S: Simd> InBrick<S> {
+    /// No ray is in a brick.
+    #[inline(always)]
+    fn nowhere(simd: S) -> Self {
+        let (zero, number, none) = (Floats::splat(simd, 0.0), Ints::splat(simd, 0), Mask::splat(simd, false));
+        let (at, nothing) = ([zero; 3], [none; 3]);
+        Self {
+            rays: none,
+            brick: [number; 3],
+            mask: number,
+            s: zero,
+            origin: at,
+            t: zero,
+            t_out: zero,
+            t_end: zero,
+            p: at,
+            entry: nothing,
+            first: at,
+        }
+    }
+
+    /// Takes over those of `new`.
+    #[inline(always)]
+    fn enter(&mut self, new: &Self) {
+        let is_new = new.rays;
+        self.rays |= is_new;
+        self.brick = axes!(a => is_new.select(new.brick[a], self.brick[a]));
+        self.mask = is_new.select(new.mask, self.mask);
+        self.s = is_new.select(new.s, self.s);
+        self.origin = axes!(a => is_new.select(new.origin[a], self.origin[a]));
+        self.t = is_new.select(new.t, self.t);
+        self.t_out = is_new.select(new.t_out, self.t_out);
+        self.t_end = is_new.select(new.t_end, self.t_end);
+        self.p = axes!(a => is_new.select(new.p[a], self.p[a]));
+        self.entry = axes!(a => (self.entry[a] & !is_new) | (new.entry[a] & is_new));
+        self.first = axes!(a => is_new.select(new.first[a], self.first[a]));
+    }
+
+    /// First sample of the brick.
+    #[inline(always)]
+    pub fn corner(&self) -> [Ints<S>; 3] {
+        axes!(a => self.brick[a] * BRICK as i32)
+    }
 }
 
 impl<'a> Field<'a> {
@@ -212,30 +256,40 @@ impl<'a> Field<'a> {
         let none = Ints::splat(simd, 0);
         let mut rays = Walkers { lines, pace, origin, s, s_out, s_max, brick, number: none, distance: none };
         let mut walking = asked & s.simd_le(s_out);
+        let (mut at, mut place) = (InBrick::nowhere(simd), Place::nowhere(simd));
         while walking.any_true() {
-            // Leap until each ray is in a brick that may hold the surface.
-            let mut leaping = walking;
+            // All rays first come to a place where they have to solve, be it bricks away, and then solve together.
+            let mut seeking = walking;
             loop {
-                self.look_up(simd, &mut rays, leaping);
-                leaping &= rays.distance.simd_gt(0);
-                if !leaping.any_true() {
+                let is_new = seeking & !at.rays;
+                if is_new.any_true() {
+                    self.look_up(simd, &mut rays, is_new);
+                    let new = self.enter_brick(simd, &rays, is_new & rays.distance.simd_eq(0));
+                    at.enter(&new);
+                    place.enter(&new);
+                }
+                let within = seeking & at.rays;
+                let arrived = if let Method::Solver(Solver::Step(steps)) = method {
+                    let found = steps::walk(simd, self, steps.number(), &rays.pace, &at, within);
+                    hits.add(&found);
+                    walking &= !found.found;
+                    found.found
+                } else {
+                    cells::advance(simd, self, &rays.pace, &at, &mut place, within)
+                };
+                seeking &= !arrived;
+                if !seeking.any_true() {
                     break;
                 }
-                let inside = self.leave(&mut rays, leaping);
-                walking &= !leaping | inside;
-                leaping &= inside;
-            }
-            let at = self.enter_brick(simd, &rays, walking);
-            if at.rays.any_true() {
-                let found = match method {
-                    Method::Solver(Solver::Step(steps)) => steps::walk(simd, self, steps.number(), &rays.pace, &at),
-                    _ => cells::walk(simd, self, method, &rays.pace, &at),
-                };
-                hits.add(&found);
-                walking &= !found.found;
+                at.rays &= !seeking;
+                let inside = self.leave(&mut rays, seeking);
+                walking &= !seeking | inside;
+                seeking &= inside;
             }
             if walking.any_true() {
-                walking &= self.leave(&mut rays, walking);
+                let found = cells::solve(simd, self, method, &rays.pace, &at, &mut place, walking);
+                hits.add(&found);
+                walking &= !found.found;
             }
         }
         hits.found &= hits.s.simd_le(s_max);
@@ -315,13 +369,20 @@ impl<'a> Field<'a> {
         let t_out = far[0].min(far[1]).min(far[2]);
         let entry = axes!(a => axis[a] & through_face);
         let p = axes!(a => entry[a].select(near[a], (origin[a] + t * pace.direction[a]).max(zero).min(size[a])));
+        let first = axes!(a => {
+            let cell = p[a].floor();
+            // On a face and moving down, the ray is in the cell below.
+            let below = !pace.forward[a] & pace.moves[a] & p[a].simd_eq(cell);
+            below.select(cell - 1.0, cell).max(zero).min(size[a] - 1.0)
+        });
         let mut mask = [0; LANES];
         let inside = of & t.simd_lt(t_out);
         let number = rays.number.to_array();
         for lane in numbers(inside) {
             mask[lane] = (self.masks.slots()[number[lane] as usize] as usize * WORDS) as i32;
         }
-        InBrick { rays: inside, brick, mask: Ints::load_array(simd, mask), corner, size, s, s_max, origin, t, t_out, p, entry }
+        let mask = Ints::load_array(simd, mask);
+        InBrick { rays: inside, brick, mask, s, origin, t, t_out, t_end: t_out.min(s_max - s), p, entry, first }
     }
 
     /// Which of the rays of `of` are in cells that can hold the surface.

@@ -1,0 +1,90 @@
+#!/usr/bin/env python3
+"""How the time of a frame grows with the scan, the picture and the threads; what a new isovalue, an overlay and memory cost.
+
+    python3 -m venv peers && peers/bin/pip install matplotlib
+    peers/bin/python benches/scaling.py target/release/bregma 128/a.nrrd:226 256/a.nrrd:226 512/a.nrrd:226 1024/a.nrrd:226 --pair 256/b.nrrd:226 \\
+        --chart docs/scaling.svg
+
+Every figure is by `bregma bench`: the median frame of the orbit, solver `exact`, shaded. The scans are the same object sampled ever finer, as
+by `bregma demo --size N`; `--pair` is drawn over the scan of the same folder. Figures that are compared are measured one after the other.
+"""
+import argparse
+import json
+import os
+import subprocess
+
+PICTURES, THREADS = (256, 512, 1024, 2048), (1, 2)
+
+
+def run(program, *arguments):
+    return json.loads(subprocess.run([program, *arguments], check=True, capture_output=True, text=True).stdout)
+
+
+def bench(program, scans, backend, size=512, threads=2, mode="iso"):
+    values = [text for scan in scans for text in ("--iso", scan[1])]
+    options = ["--backend", backend, "--size", str(size), "--threads", str(threads), "--mode", mode, "--frames", "8", "--json"]
+    return run(program, "bench", *(scan[0] for scan in scans), *values, *options)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("program")
+    parser.add_argument("scans", nargs="+", metavar="SCAN:ISO")
+    parser.add_argument("--pair", metavar="SCAN:ISO", nargs="*", default=[])
+    parser.add_argument("--chart", metavar="SVG")
+    args = parser.parse_args()
+    scans, pair = ([tuple(text.rsplit(":", 1)) for text in texts] for texts in (args.scans, args.pair))
+    name = lambda scan: os.path.join(*scan[0].split(os.sep)[-2:])
+
+    print("| scan | backend | threads | " + " | ".join(f"{size}²" for size in PICTURES) + " | new isovalue, frames | memory beside the samples |")
+    print("|---|---|---|" + "---|" * (len(PICTURES) + 2))
+    curves = {}
+    for scan in scans:
+        info = run(args.program, "info", scan[0], "--json")
+        samples = info["dims"][0] * info["dims"][1] * info["dims"][2] * {"u8": 1, "u16": 2, "i16": 2, "f32": 4}[info["type"]]
+        for backend, threads in [("cpu", threads) for threads in THREADS] + [("gpu", 2)]:
+            records = [bench(args.program, [scan], backend, size, threads) for size in PICTURES]
+            times = [record["median_ms"] for record in records]
+            at_512 = records[PICTURES.index(512)]
+            fresh, beside = at_512["isovalue_change_ms"] / at_512["median_ms"], at_512["memory_bytes"] / samples - 1
+            row = [name(scan), backend, str(threads), *(f"{time:.1f}" for time in times), f"{fresh:.2f}", f"{100 * beside:.1f} %"]
+            print("| " + " | ".join(row) + " |", flush=True)
+            curves.setdefault((backend, threads), []).append((max(info["dims"]), times))
+    if pair:
+        print("\n| pair | backend | one, ms | other, ms | both in overlay, ms | overlay against the sum |\n|---|---|---|---|---|---|")
+        for other in pair:
+            one = next(scan for scan in scans if os.path.dirname(scan[0]) == os.path.dirname(other[0]))
+            for backend in ("cpu", "gpu"):
+                a, b = (bench(args.program, [scan], backend)["median_ms"] for scan in (one, other))
+                both = bench(args.program, [one, other], backend, mode="overlay")["median_ms"]
+                print(f"| {name(one)}, {name(other)} | {backend} | {a:.1f} | {b:.1f} | {both:.1f} | {both / (a + b):.2f} |", flush=True)
+    if args.chart:
+        chart(args.chart, curves)
+
+
+def chart(path, curves):
+    import matplotlib
+
+    matplotlib.use("svg")
+    matplotlib.rcParams["svg.hashsalt"] = "scaling"
+    import matplotlib.pyplot
+
+    figure, axes = matplotlib.pyplot.subplots(1, 2, figsize=(10, 4.2), sharey=True, layout="constrained")
+    for (backend, threads), scans in curves.items():
+        label = f"{backend}, {threads} thread{'s' if threads > 1 else ''}"
+        axes[0].plot([side for side, _ in scans], [times[PICTURES.index(512)] for _, times in scans], "o-", label=label)
+        finest_usual = min(scans, key=lambda scan: abs(scan[0] - 256))
+        axes[1].plot(PICTURES, finest_usual[1], "o-", label=label)
+    for axis, title, ticks in ((axes[0], "scan, samples along its longest side (picture 512²)", [side for side, _ in scans]), (axes[1], "picture, pixels along a side (scan 256³)", PICTURES)):
+        axis.set(xscale="log", yscale="log", xlabel=title)
+        axis.set_xticks(ticks, [str(tick) for tick in ticks])
+        axis.minorticks_off()
+        axis.grid(True, alpha=0.3)
+    axes[0].set_yticks([5, 10, 20, 50, 100, 200], ["5", "10", "20", "50", "100", "200"])
+    axes[0].set_ylabel("ms for a frame")
+    axes[0].legend()
+    figure.savefig(path, metadata={"Date": None})
+
+
+if __name__ == "__main__":
+    main()
