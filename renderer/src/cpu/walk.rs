@@ -253,8 +253,8 @@ impl<'a> Field<'a> {
         let (s, s_out) = self.clip_to_box(&origin, &pace, s_min, s_max);
         let there = bricks_of(lines.at(s));
         let brick = axes!(a => there[a].max(0).min(bricks[a] - 1));
-        let none = Ints::splat(simd, 0);
-        let mut rays = Walkers { lines, pace, origin, s, s_out, s_max, brick, number: none, distance: none };
+        let (zero, none) = (Ints::splat(simd, 0), Mask::splat(simd, false));
+        let mut rays = Walkers { lines, pace, origin, s, s_out, s_max, brick, number: zero, distance: zero };
         let mut walking = asked & s.simd_le(s_out);
         let (mut at, mut place) = (InBrick::nowhere(simd), Place::nowhere(simd));
         while walking.any_true() {
@@ -264,19 +264,25 @@ impl<'a> Field<'a> {
                 let is_new = seeking & !at.rays;
                 if is_new.any_true() {
                     self.look_up(simd, &mut rays, is_new);
-                    let new = self.enter_brick(simd, &rays, is_new & rays.distance.simd_eq(0));
-                    at.enter(&new);
-                    place.enter(&new);
+                    let entering = is_new & rays.distance.simd_eq(0);
+                    if entering.any_true() {
+                        let new = self.enter_brick(simd, &rays, entering);
+                        at.enter(&new);
+                        place.enter(&new);
+                    }
                 }
                 let within = seeking & at.rays;
-                let arrived = if let Method::Solver(Solver::Step(steps)) = method {
-                    let found = steps::walk(simd, self, steps.number(), &rays.pace, &at, within);
-                    hits.add(&found);
-                    walking &= !found.found;
-                    found.found
-                } else {
-                    cells::advance(simd, self, &rays.pace, &at, &mut place, within)
-                };
+                let mut arrived = none;
+                if within.any_true() {
+                    if let Method::Solver(Solver::Step(steps)) = method {
+                        let found = steps::walk(simd, self, steps.number(), &rays.pace, &at, within);
+                        hits.add(&found);
+                        walking &= !found.found;
+                        arrived = found.found;
+                    } else {
+                        arrived = cells::advance(simd, self, &rays.pace, &at, &mut place, within);
+                    }
+                }
                 seeking &= !arrived;
                 if !seeking.any_true() {
                     break;
