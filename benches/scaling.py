@@ -53,7 +53,9 @@ def main():
     if pair:
         print("\n| pair | backend | one, ms | other, ms | both in overlay, ms | overlay against the sum |\n|---|---|---|---|---|---|")
         for other in pair:
-            one = next(scan for scan in scans if os.path.dirname(scan[0]) == os.path.dirname(other[0]))
+            one = next((scan for scan in scans if os.path.dirname(scan[0]) == os.path.dirname(other[0])), None)
+            if one is None:
+                parser.error(f"no SCAN lies in the folder of {other[0]}")
             for backend in ("cpu", "gpu"):
                 a, b = (bench(args.program, [scan], backend)["median_ms"] for scan in (one, other))
                 both = bench(args.program, [one, other], backend, mode="overlay")["median_ms"]
@@ -75,7 +77,9 @@ def chart(path, curves):
         axes[0].plot([side for side, _ in scans], [times[PICTURES.index(512)] for _, times in scans], "o-", label=label)
         finest_usual = min(scans, key=lambda scan: abs(scan[0] - 256))
         axes[1].plot(PICTURES, finest_usual[1], "o-", label=label)
-    for axis, title, ticks in ((axes[0], "scan, samples along its longest side (picture 512²)", [side for side, _ in scans]), (axes[1], "picture, pixels along a side (scan 256³)", PICTURES)):
+    sides = [side for side, _ in scans]
+    titles = "scan, samples along its longest side (picture 512²)", "picture, pixels along a side (scan 256³)"
+    for axis, title, ticks in zip(axes, titles, (sides, PICTURES)):
         axis.set(xscale="log", yscale="log", xlabel=title)
         axis.set_xticks(ticks, [str(tick) for tick in ticks])
         axis.minorticks_off()

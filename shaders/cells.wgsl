@@ -16,7 +16,7 @@ fn first_place(pace: Pace, at: InBrick) -> Place {
     // On a face and moving down, the ray is in the cell below.
     let below = !pace.forward & pace.moves & (at.p == vec3<f32>(cell));
     let first = clamp(cell - select(vec3<i32>(0), vec3<i32>(1), below), vec3<i32>(0), at.size - 1);
-    return Place(first, at.t, vec3<bool>(false), false);
+    return Place(first, at.t, vec3<bool>(false), has_left(at, first, at.t));
 }
 
 // The exit of a ray from a cell that it enters at t: its depth and its axis.
@@ -46,8 +46,7 @@ fn advance(pace: Pace, at: InBrick, place: ptr<function, Place>) -> bool {
         cell = select(cell, cell + step, exit.axis);
         t = exit.t;
         entry = exit.axis;
-        // The last cell's exit is the brick's, the same number.
-        is_left = exit.t >= at.t_end;
+        is_left = has_left(at, cell, t);
     }
     *place = Place(cell, t, entry, is_left);
     return !is_left;
@@ -73,7 +72,8 @@ fn solve(pace: Pace, at: InBrick, place: ptr<function, Place>) -> Hit {
         met = met_at_entry(pace, at);
     }
     let face = select(vec3<f32>(0.0), -sign(pace.direction), at.entry);
-    *place = Place(select(cell, cell + select(vec3<i32>(-1), vec3<i32>(1), pace.forward), exit.axis), exit.t, exit.axis, exit.t >= at.t_end);
+    let next = select(cell, cell + select(vec3<i32>(-1), vec3<i32>(1), pace.forward), exit.axis);
+    *place = Place(next, exit.t, exit.axis, has_left(at, next, exit.t));
     return Hit(at.s + t + u * (exit.t - t), at.corner + cell, start * (1.0 - u) + end * u, met, face);
 }
 

@@ -50,6 +50,6 @@ fn solve(pace: Pace, at: InBrick, place: ptr<function, Place>) -> Hit {
         return Hit(at.s + t + u * (t_next - t), at.corner + cell, start * (1.0 - u) + end * u, met, face);
     }
     let next = select(cell, cell + select(vec3<i32>(-1), vec3<i32>(1), pace.forward), axis);
-    *place = Place(next, t_next, q, at_exit, false, t_next >= at.t_end);
+    *place = Place(next, t_next, q, at_exit, false, has_left(at, next, t_next));
     return missed();
 }

@@ -41,10 +41,10 @@ fn two_sum(a: vec3<f32>, b: vec3<f32>) -> Double {
 
 // The value at a pixel, whose numbers are below 65536.
 fn at_pixel(a: PixelAffine, pixel: vec2<u32>) -> Double {
-    let tile = vec2<f32>(pixel & vec2<u32>(0xff00u));
+    let coarse = vec2<f32>(pixel & vec2<u32>(0xff00u));
     let within = vec2<f32>(pixel & vec2<u32>(0xffu));
-    let first = two_sum(a.base_hi, tile.x * a.per_x_hi);
-    let second = two_sum(first.hi, tile.y * a.per_y_hi);
+    let first = two_sum(a.base_hi, coarse.x * a.per_x_hi);
+    let second = two_sum(first.hi, coarse.y * a.per_y_hi);
     let third = two_sum(second.hi, within.x * a.per_x_hi);
     let fourth = two_sum(third.hi, within.y * a.per_y_hi);
     let p = vec2<f32>(pixel);

@@ -13,7 +13,7 @@ fn first_entry(lower: vec4<f32>, upper: vec4<f32>, p: vec3<f32>, q: vec3<f32>) -
     var u1 = 1.0;
     for (var i = 0u; i < STEP_COUNT; i++) {
         let u = u0 + (u1 - u0) * (f0 / (f0 - f1));
-        let value = trilinear(lower, upper, p + u * (q - p));
+        let value = trilinear(lower, upper, p * (1.0 - u) + q * u);
         if inside(value) {
             u1 = u;
             f1 = value;

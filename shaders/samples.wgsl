@@ -9,6 +9,8 @@
 fn corners(at: vec3<i32>) -> vec4<f32> {
     // The middle of the four: no rounding comes near the next texel.
     let middle = vec2<f32>(at.xy + 1) / vec2<f32>(params.dims.xy);
-    let texels = vec4<f32>(textureGather(0, samples, nearest_texels, middle, at.z));
+    // A layer beyond the grid is not clamped in every language that this is turned into.
+    let layer = clamp(at.z, 0, params.dims.z - 1);
+    let texels = vec4<f32>(textureGather(0, samples, nearest_texels, middle, layer));
     return params.sign * (texels.wzxy - params.level);
 }

@@ -42,8 +42,9 @@ fn phong(color: vec3<f32>, normal: vec3<f32>, view: vec3<f32>) -> vec3<f32> {
     let lambert = max(dot(n, params.toward_light), 0.0);
     let mirrored = 2.0 * dot(n, params.toward_light) * n - params.toward_light;
     var highlight = 0.0;
-    if lambert > 0.0 {
-        highlight = pow(max(-dot(mirrored, view), 0.0), params.shininess);
+    let reflected = -dot(mirrored, view);
+    if lambert > 0.0 && reflected > 0.0 {
+        highlight = pow(reflected, params.shininess);
     }
     return color * (params.ambient + params.diffuse * lambert) + params.specular * highlight;
 }

@@ -1,9 +1,11 @@
 // Within a brick: steps of fixed length, with one linear interpolation where two samples lie on different sides.
 // The twin of renderer/src/cpu/steps.rs. PER_VOXEL is replaced by the number of steps in a voxel's length.
 
-// A step along a ray, number n: the samples before and behind it. Before the first step both are the first sample.
+// A step along a ray, the count-th behind the one at `begin`: the samples before and behind it. Before the first step both are the first
+// sample.
 struct Place {
-    n: f32,
+    begin: f32,
+    count: f32,
     t0: f32,
     p0: vec3<f32>,
     f0: f32,
@@ -27,21 +29,23 @@ fn first_place(pace: Pace, at: InBrick) -> Place {
         p = at.p;
     }
     let f = value(at.corner, p);
-    return Place(n, t, p, f, t, p, f);
+    return Place(n * step - at.s, 0.0, t, p, f, t, p, f);
 }
 
 // On to the next step that ends inside; false where there is none.
 fn advance(pace: Pace, at: InBrick, place: ptr<function, Place>) -> bool {
     let step = step_length(pace);
     while !inside((*place).f1) {
-        let n = (*place).n + 1.0;
+        // Counted from the brick on: a large number would not grow by 1.
+        let begin = (*place).begin;
+        let count = (*place).count + 1.0;
         let t0 = (*place).t1;
-        let t1 = n * step - at.s;
-        if t1 > at.t_out || at.s + t0 > at.s_max {
+        let t1 = begin + count * step;
+        if t1 > at.t_out || t0 > at.t_end {
             return false;
         }
         let p1 = at.origin + t1 * pace.direction;
-        *place = Place(n, t0, (*place).p1, (*place).f1, t1, p1, value(at.corner, p1));
+        *place = Place(begin, count, t0, (*place).p1, (*place).f1, t1, p1, value(at.corner, p1));
     }
     return true;
 }
@@ -53,7 +57,7 @@ fn solve(pace: Pace, at: InBrick, place: ptr<function, Place>) -> Hit {
     let is_first = inside(f0);
     let u = select(f0 / (f0 - (*place).f1), 0.0, is_first);
     let t = (*place).t0 + u * ((*place).t1 - (*place).t0);
-    let p = (*place).p0 + u * ((*place).p1 - (*place).p0);
+    let p = (*place).p0 * (1.0 - u) + (*place).p1 * u;
     let cell = cell_of(at.corner, p);
     let local = clamp(p - vec3<f32>(cell - at.corner), vec3<f32>(0.0), vec3<f32>(1.0));
     let met = select(MET_ISOSURFACE, met_at_entry(pace, at), is_first);

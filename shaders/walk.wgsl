@@ -105,8 +105,10 @@ fn first_hit(line: Line, s_min: f32, s_max: f32) -> Hit {
                 let known = textureLoad(map, brick).r;
                 distance = i32(known & 0xffu);
                 at = enter_brick(pace, brick, known >> 8u, s, p, s_max);
-                place = first_place(pace, at);
                 is_within = distance == 0 && at.t < at.t_out;
+                if is_within {
+                    place = first_place(pace, at);
+                }
             }
             if is_within {
                 is_within = advance(pace, at, &place);
@@ -172,8 +174,6 @@ struct InBrick {
     size: vec3<i32>,
     // Depth behind the base plane where t is 0, mm.
     s: f32,
-    // Depth beyond which nothing is asked for.
-    s_max: f32,
     // Position where t is 0.
     origin: vec3<f32>,
     // Where the ray enters and leaves.
@@ -184,6 +184,12 @@ struct InBrick {
     // Position where it enters; exact on the axis that it enters along.
     p: vec3<f32>,
     entry: vec3<bool>,
+}
+
+// Whether a ray that comes to a cell at t has left the brick, or what is asked for. The last cell's exit is the brick's: the same number,
+// unless a driver rounds it otherwise there than here.
+fn has_left(at: InBrick, cell: vec3<i32>, t: f32) -> bool {
+    return !(t < at.t_end) || any(cell < vec3<i32>(0)) || any(cell >= at.size);
 }
 
 // Whether a cell of the brick can hold the surface.
@@ -208,7 +214,7 @@ fn enter_brick(pace: Pace, brick: vec3<i32>, slot: u32, s: f32, position: Double
     let t = max(-s, t_entry);
     let t_out = least(to_planes(pace, far, origin, FAR));
     let p = select(clamp(origin + t * pace.direction, vec3<f32>(0.0), vec3<f32>(size)), near, entry);
-    return InBrick(brick, mask, corner, size, s, s_max, origin, t, t_out, min(t_out, s_max - s), p, entry);
+    return InBrick(brick, mask, corner, size, s, origin, t, t_out, min(t_out, s_max - s), p, entry);
 }
 
 // What a ray meets that is inside where it enters a brick.

@@ -1,11 +1,12 @@
 //! Which cells of a brick can hold the surface: one bit for each, so that a ray passes the others without reading a sample.
 
+use crate::InstructionSet;
 use crate::lanes::{Floats, LANES};
 use crate::occupancy::DistanceMap;
 use crate::roots::inside;
 use bregma_volume::{BRICK, Sample, Samples, with_samples};
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Simd, dispatch};
 use rayon::prelude::*;
 
 /// Numbers of a mask.
@@ -24,11 +25,11 @@ pub(crate) struct CellMasks {
 
 impl CellMasks {
     /// The masks of the surface at `level` of `samples` on a grid of `dims`, for the bricks that `map` says can hold it.
-    pub fn build(samples: &Samples, dims: [usize; 3], map: &DistanceMap, level: f32, sign: f32) -> Self {
+    pub fn build(instructions: InstructionSet, samples: &Samples, dims: [usize; 3], map: &DistanceMap, level: f32, sign: f32) -> Self {
         let occupied = map.occupied();
         let mut slots = vec![0; map.distances().len()];
         occupied.iter().zip(0..).for_each(|(&brick, slot)| slots[brick as usize] = slot);
-        let ([bx, by, _], instructions) = (map.dims(), Level::new());
+        let [bx, by, _] = map.dims();
         let masks = with_samples!(samples, samples => {
             let masks = |(masks, bricks): (&mut [Mask], &[u32])| {
                 dispatch!(instructions, simd => for (mask, &brick) in masks.iter_mut().zip(bricks) {
@@ -117,7 +118,7 @@ mod tests {
             for (level, sign) in [(0.5, 1.0), (100.0, 1.0), (100.0, -1.0)] {
                 let samples: Vec<u8> = (0..dims.iter().product()).map(|_| (random.unit().powi(8) * 256.0) as u8).collect();
                 let map = DistanceMap::build(&RangeBricks::build(&samples, dims), level, sign);
-                let masks = CellMasks::build(&Samples::U8(samples.clone()), dims, &map, level, sign);
+                let masks = CellMasks::build(InstructionSet::new(), &Samples::U8(samples.clone()), dims, &map, level, sign);
                 let [bx, by, _] = map.dims();
                 for n in 0..(dims[0] - 1) * (dims[1] - 1) * (dims[2] - 1) {
                     let cell = [n % (dims[0] - 1), n / (dims[0] - 1) % (dims[1] - 1), n / ((dims[0] - 1) * (dims[1] - 1))];

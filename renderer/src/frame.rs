@@ -1,11 +1,11 @@
 //! What both renderers work out for a picture before its first ray.
 
-use crate::RenderError;
 use crate::camera::PixelRays;
 use crate::cell_masks::CellMasks;
 use crate::occupancy::DistanceMap;
 use crate::scene::{Mode, Scene, Surface};
 use crate::spans::Spans;
+use crate::{InstructionSet, RenderError};
 use bregma_volume::Volume;
 use glam::{Mat3, Vec3, Vec4};
 use std::sync::Arc;
@@ -51,6 +51,9 @@ pub(crate) struct Frame {
 
 impl Frame {
     pub fn new(maps: &mut MapCache, volumes: &[Arc<Volume>], scene: &Scene, width: u32, height: u32) -> Result<Self, RenderError> {
+        if width == 0 || height == 0 {
+            return Err(RenderError::NoPixels { width, height });
+        }
         let world_rays = scene.camera.pixel_rays(width, height);
         let surfaces = scene.surfaces(volumes)?;
         let forward = scene.camera.basis().forward;
@@ -100,32 +103,40 @@ impl Frame {
 }
 
 /// What is known of the surfaces drawn last: where they can be.
-#[derive(Debug, Default)]
-pub(crate) struct MapCache(Vec<(Arc<Volume>, f64, Maps)>);
+#[derive(Debug)]
+pub(crate) struct MapCache {
+    /// What they are made with.
+    instructions: InstructionSet,
+    known: Vec<(Arc<Volume>, f64, Maps)>,
+}
 
 type Maps = (Arc<DistanceMap>, Arc<CellMasks>);
 
 impl MapCache {
+    pub fn new(instructions: InstructionSet) -> Self {
+        Self { instructions, known: vec![] }
+    }
+
     fn get(&mut self, surface: &Surface) -> Maps {
-        let known = self.0.iter().find(|(v, level, _)| is_of(surface, v, *level));
+        let known = self.known.iter().find(|(v, level, _)| is_of(surface, v, *level));
         if let Some((.., maps)) = known {
             return maps.clone();
         }
         let (volume, level, sign) = (&surface.volume, surface.level as f32, surface.sign);
         let map = DistanceMap::build(volume.bricks(), level, sign);
-        let masks = CellMasks::build(volume.samples(), volume.grid().dims(), &map, level, sign);
+        let masks = CellMasks::build(self.instructions, volume.samples(), volume.grid().dims(), &map, level, sign);
         let maps = (Arc::new(map), Arc::new(masks));
-        self.0.push((Arc::clone(volume), surface.level, maps.clone()));
+        self.known.push((Arc::clone(volume), surface.level, maps.clone()));
         maps
     }
 
     /// Memory that they take.
     pub fn bytes(&self) -> usize {
-        self.0.iter().map(|(.., (map, masks))| map.bytes() + masks.bytes()).sum()
+        self.known.iter().map(|(.., (map, masks))| map.bytes() + masks.bytes()).sum()
     }
 
     fn keep_only(&mut self, surfaces: &[(usize, Surface)]) {
-        self.0.retain(|(v, level, _)| surfaces.iter().any(|(_, s)| is_of(s, v, *level)));
+        self.known.retain(|(v, level, _)| surfaces.iter().any(|(_, s)| is_of(s, v, *level)));
     }
 }
 

@@ -20,6 +20,7 @@ pub mod stability;
 
 pub use camera::{Basis, Bounds, Camera, FOV_DEG, PixelAffine, PixelRays, Projection, Ray};
 pub use cpu::CpuRenderer;
+pub use fearless_simd::Level as InstructionSet;
 #[cfg(feature = "gpu")]
 pub use gpu::{GpuError, GpuRenderer};
 pub use occupancy::DistanceMap;
@@ -33,7 +34,7 @@ use thiserror::Error;
 
 /// Turns scenes into pictures.
 pub trait Renderer: Send {
-    /// What draws: backend and adapter or threads.
+    /// What draws: backend, and adapter or threads and vector instructions.
     fn name(&self) -> String;
 
     /// `cpu` or `gpu`.
@@ -97,6 +98,14 @@ impl RenderError {
 /// Why there is no picture.
 #[derive(Debug, Error)]
 pub enum RenderError {
+    /// A picture without pixels.
+    #[error("a picture of {width}×{height} pixels has none; ask for at least 1×1")]
+    NoPixels {
+        /// Pixels across.
+        width: u32,
+        /// Pixels down.
+        height: u32,
+    },
     /// A registration that flattens a volume.
     #[error("the transform of a volume cannot be used: {0}")]
     Transform(#[from] GridError),

@@ -10,7 +10,7 @@ use glam::{DAffine3, DMat3, DVec3};
 
 #[test]
 fn every_set_of_vector_instructions_draws_the_same_picture_to_the_bit() {
-    // Fails if an operation is fused, approximated or ordered otherwise in one of them, or lanes outside the picture leak into it.
+    // Fails if an operation is fused, approximated or ordered otherwise in one of them.
     let mut renderers: Vec<CpuRenderer> = CpuRenderer::instruction_sets().into_iter().map(CpuRenderer::with_instructions).collect();
     println!("{}", renderers.iter().map(|r| r.name()).collect::<Vec<_>>().join("; "));
     if cfg!(target_arch = "x86_64") {

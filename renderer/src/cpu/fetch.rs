@@ -5,30 +5,6 @@ use bregma_volume::{Sample, Samples, with_samples};
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
-/// The same for four numbers from 0; see [`axes`].
-macro_rules! four {
-    ($n:ident => $value:expr) => {
-        [
-            {
-                let $n = 0;
-                $value
-            },
-            {
-                let $n = 1;
-                $value
-            },
-            {
-                let $n = 2;
-                $value
-            },
-            {
-                let $n = 3;
-                $value
-            },
-        ]
-    };
-}
-
 /// Where samples come from.
 #[derive(Clone, Copy)]
 pub(crate) enum Source<'a> {
@@ -55,7 +31,7 @@ impl Source<'_> {
         [at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7)]
     }
 
-    /// Gradient at a point of a cell, in index space: central differences at the corners, interpolated, as Floats of each axis. It is
+    /// Gradient at a point of a cell, in index space: central differences at the corners, interpolated. It is
     /// continuous from cell to cell, which the interpolant's own gradient is not; at the grid's faces it is one-sided.
     #[inline(always)]
     pub fn smooth_gradient<S: Simd>(self, simd: S, dims: [i32; 3], cell: &[Ints<S>; 3], local: &Vecs<S>, of: Mask<S>) -> Vecs<S> {
@@ -74,9 +50,9 @@ impl Source<'_> {
         // What each column of samples along an axis is at the point's other two coordinates.
         let at = |x: usize, y: usize, z: usize| &v[z][y][x];
         let columns = [
-            four!(n => bilinear(simd, [at(n, 1, 1), at(n, 2, 1), at(n, 1, 2), at(n, 2, 2)], y, z)),
-            four!(n => bilinear(simd, [at(1, n, 1), at(2, n, 1), at(1, n, 2), at(2, n, 2)], x, z)),
-            four!(n => bilinear(simd, [at(1, 1, n), at(2, 1, n), at(1, 2, n), at(2, 2, n)], x, y)),
+            across(simd, |n| [at(n, 1, 1), at(n, 2, 1), at(n, 1, 2), at(n, 2, 2)], y, z),
+            across(simd, |n| [at(1, n, 1), at(2, n, 1), at(1, n, 2), at(2, n, 2)], x, z),
+            across(simd, |n| [at(1, 1, n), at(2, 1, n), at(1, 2, n), at(2, 2, n)], x, y),
         ];
         let (one, half) = (Floats::splat(simd, 1.0), Floats::splat(simd, 0.5));
         axes!(a => {
@@ -86,6 +62,12 @@ impl Source<'_> {
             mix((g[2] - g[0]) * first.select(one, half), (g[3] - g[1]) * last.select(one, half), local[a])
         })
     }
+}
+
+/// Four times between four values.
+#[inline(always)]
+fn across<'a, S: Simd>(simd: S, f: impl Fn(usize) -> [&'a [f32; LANES]; 4], u: Floats<S>, v: Floats<S>) -> [Floats<S>; 4] {
+    [bilinear(simd, f(0), u, v), bilinear(simd, f(1), u, v), bilinear(simd, f(2), u, v), bilinear(simd, f(3), u, v)]
 }
 
 /// Between four values at (0, 0), (1, 0), (0, 1) and (1, 1).

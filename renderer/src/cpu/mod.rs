@@ -9,12 +9,12 @@ mod steps;
 mod walk;
 
 use crate::camera::PixelAffine;
-use crate::frame::{Frame, FrameLayer};
+use crate::frame::{Frame, FrameLayer, MapCache};
 use crate::lanes::{Doubles, Floats, LANES, Mask, Vecs, axes, dot, numbers};
 use crate::roots::Solver;
 use crate::scene::{Picture, Scene};
 use crate::spans::BLOCK;
-use crate::{RenderError, Renderer, Split};
+use crate::{InstructionSet, RenderError, Renderer, Split};
 use bregma_volume::Volume;
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch};
@@ -22,13 +22,14 @@ use fetch::Source;
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 use shade::{Shaded, combine, encode, phong};
+use std::mem::discriminant;
 use std::sync::Arc;
 use walk::{Field, Hits, Lines, Method};
 
-/// Draws on the CPU. Keeps what stays valid between frames: the distance maps of the surfaces drawn last.
+/// Draws on the CPU. Keeps what stays valid between frames: the maps of the surfaces drawn last.
 #[derive(Debug)]
 pub struct CpuRenderer {
-    maps: crate::frame::MapCache,
+    maps: MapCache,
     level: Level,
 }
 
@@ -40,19 +41,19 @@ impl Default for CpuRenderer {
 
 impl CpuRenderer {
     /// A renderer that uses a set of vector instructions, one of [`CpuRenderer::instruction_sets`].
-    pub fn with_instructions(level: Level) -> Self {
-        Self { maps: Default::default(), level }
+    pub fn with_instructions(level: InstructionSet) -> Self {
+        Self { maps: MapCache::new(level), level }
     }
 
     /// The sets of vector instructions that this machine has, the best one first.
-    pub fn instruction_sets() -> Vec<Level> {
+    pub fn instruction_sets() -> Vec<InstructionSet> {
         let best = Level::new();
         #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
         let lesser = [best.as_avx2().map(Level::Avx2), best.as_sse4_2().map(Level::Sse4_2), best.as_sse2().map(Level::Sse2)];
         #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
         let lesser: [Option<Level>; 0] = [];
         let mut sets = vec![best];
-        sets.extend(lesser.into_iter().flatten().filter(|set| name_of(*set) != name_of(best)));
+        sets.extend(lesser.into_iter().flatten().filter(|set| discriminant(set) != discriminant(&best)));
         sets
     }
 }
@@ -146,6 +147,7 @@ fn draw_band<S: Simd>(simd: S, frame: &Frame, scene: &Scene, band: Band<'_>) {
 
 /// Pixels across and down a packet.
 const SIDE: u32 = 4;
+const _: () = assert!((SIDE * SIDE) as usize == LANES);
 
 /// Sixteen pixels of a band that lie together; some may lie outside.
 #[derive(Clone, Copy)]

@@ -14,19 +14,22 @@ use fearless_simd::prelude::*;
 pub(super) fn walk<S: Simd>(simd: S, field: &Field<'_>, per_voxel: u32, pace: &Pace<S>, at: &InBrick<S>, of: Mask<S>) -> Hits<S> {
     let step = 1.0 / (per_voxel as f32 * dot(&pace.direction, &pace.direction).sqrt());
     // The last sample before the brick, but not before the box or the eye, where the first sample is taken.
-    let mut n = ((at.s + at.t) / step).floor();
+    let n = ((at.s + at.t) / step).floor();
+    let begin = n * step - at.s;
     let met = field.met_at_entry(simd, pace, at);
     let at_entry = !met.is_isosurface() | (n * step).simd_lt(0.0);
-    let mut t0 = at_entry.select(at.t, n * step - at.s);
+    let mut t0 = at_entry.select(at.t, begin);
     let mut p0 = axes!(a => at_entry.select(at.p[a], at.origin[a] + t0 * pace.direction[a]));
     let mut f0 = value(simd, field, &at.corner(), &p0, of);
     let mut hits = Hits::none(simd);
     let begun = of & inside(f0);
     hits.add(&hit(field, at, t0, &p0, begun, met.only(begun)));
     let mut walking = of & !begun;
+    // Counted from the brick on: a large number would not grow by 1.
+    let mut count = 0.0;
     loop {
-        n += 1.0;
-        let t1 = n * step - at.s;
+        count += 1.0;
+        let t1 = begin + count * step;
         walking &= !(t1.simd_gt(at.t_out) | t0.simd_gt(at.t_end));
         if !walking.any_true() {
             return hits;

@@ -29,7 +29,9 @@ pub enum GpuError {
         adapter: String,
     },
     /// A picture larger than the adapter's buffers.
-    #[error("a picture of {width}×{height} pixels is larger than the {limit} that {adapter} draws; use --backend cpu or a smaller --size")]
+    #[error(
+        "a picture of {width}×{height} pixels is larger than the {limit}×{limit} that {adapter} draws; use --backend cpu or a smaller --size"
+    )]
     PictureTooLarge {
         /// Pixels across.
         width: u32,
@@ -41,9 +43,9 @@ pub enum GpuError {
         adapter: String,
     },
     /// More volumes in one scene than a pixel of a picture can name.
-    #[error("{count} volumes are shown but the graphics adapter draws at most {most} at once; hide some, or use --backend cpu")]
+    #[error("{count} volumes are in the scene but the graphics adapter draws at most {most} at once; remove some, or use --backend cpu")]
     TooManyVolumes {
-        /// Visible volumes.
+        /// Volumes in the scene.
         count: usize,
         /// The limit.
         most: usize,
@@ -81,7 +83,7 @@ pub(super) struct Gpu {
     failure: Arc<Mutex<Option<String>>>,
 }
 
-/// Longer than any frame on the slowest software driver, short enough that a hung driver is reported.
+/// Longer than any batch of blocks on the slowest software driver, short enough that a hung driver is reported.
 const TIMEOUT: Duration = Duration::from_secs(60);
 
 impl Gpu {

@@ -83,7 +83,7 @@ fn split(v: DVec3, upper: impl Fn(f64) -> f32) -> ([f32; 4], [f32; 4]) {
     (padded(Vec3::from(hi)), padded(Vec3::from(lo)))
 }
 
-/// The upper 16 significant bits as float32: times a pixel number below 256 they stay exact.
+/// The upper 16 significant bits as float32: times 8 bits of a pixel's number they stay exact.
 fn upper_16(v: f64) -> f32 {
     f32::from_bits((v as f32).to_bits() & 0xffff_ff00)
 }

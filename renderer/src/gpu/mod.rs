@@ -19,7 +19,7 @@ use crate::frame::{Frame, MapCache};
 use crate::occupancy::DistanceMap;
 use crate::roots::{PerVoxel, Solver, Steps};
 use crate::scene::{Picture, Scene};
-use crate::{RenderError, Renderer, Split};
+use crate::{InstructionSet, RenderError, Renderer, Split};
 use bregma_volume::Volume;
 use std::sync::{Arc, Weak};
 
@@ -120,7 +120,16 @@ impl GpuRenderer {
         let gpu = Gpu::open(software)?;
         let pipelines = Pipelines::new(&gpu);
         let (volumes, filtered, map_textures, mask_textures) = (vec![], vec![], vec![], vec![]);
-        Ok(Self { gpu, pipelines, maps: MapCache::default(), volumes, filtered, map_textures, mask_textures, target: None })
+        Ok(Self {
+            gpu,
+            pipelines,
+            maps: MapCache::new(InstructionSet::new()),
+            volumes,
+            filtered,
+            map_textures,
+            mask_textures,
+            target: None,
+        })
     }
 
     fn sample_texture(&mut self, volume: &Arc<Volume>) -> Result<wgpu::Texture, GpuError> {
@@ -149,7 +158,7 @@ impl GpuRenderer {
             Some(t) if t.fits(&plan, width, height) => t,
             _ => Target::new(&self.gpu, &plan, width, height),
         };
-        self.pipelines.run(&self.gpu, &plan, &target);
+        self.pipelines.run(&self.gpu, &plan, &target)?;
         let picture = target.read(&self.gpu, &plan, frame, scene)?;
         self.target = Some(target);
         Ok(picture)

@@ -189,9 +189,9 @@ impl Pipelines {
     }
 
     /// Runs all passes over all blocks.
-    pub fn run(&mut self, gpu: &Gpu, plan: &Plan, target: &Target) {
+    pub fn run(&mut self, gpu: &Gpu, plan: &Plan, target: &Target) -> Result<(), GpuError> {
         // No volume has no blocks.
-        let Some(first) = plan.volumes.first() else { return };
+        let Some(first) = plan.volumes.first() else { return Ok(()) };
         let numbers: Vec<usize> = plan.volumes.iter().map(|v| self.trace(gpu, v.reads, plan.solver, Parts::Solve)).collect();
         let colors = filled_buffer(gpu, bytemuck::cast_slice(&plan.colors), BufferUsages::STORAGE);
         let params = filled_buffer(gpu, bytemuck::bytes_of(&plan.shade), BufferUsages::STORAGE);
@@ -220,7 +220,12 @@ impl Pipelines {
             );
             drop(pass);
             gpu.queue.submit([encoder.finish()]);
+            // Each batch has its own time: a large picture on a slow driver is not a hung driver.
+            if blocks.end < plan.blocks.len() {
+                gpu.wait()?;
+            }
         }
+        Ok(())
     }
 }
 

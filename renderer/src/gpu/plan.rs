@@ -21,7 +21,7 @@ pub(super) struct Plan {
     pub shade: ShadeParams,
     /// For each volume.
     pub colors: Vec<ShadeLayer>,
-    /// First pixels of the blocks that are drawn, row by row.
+    /// First pixels of the blocks that are drawn, in rows.
     pub blocks: Vec<[u32; 2]>,
     /// Blocks in one dispatch.
     pub batch: usize,
@@ -60,8 +60,11 @@ impl GpuRenderer {
     /// The passes of a picture, where each pixel has room for the hits of `slots` passes.
     pub(super) fn plan(&mut self, frame: &Frame, scene: &Scene, width: u32, height: u32, slots: usize) -> Result<Plan, GpuError> {
         let limits = self.gpu.device.limits();
-        let limit = ((limits.max_buffer_size / size_of::<Pixel>() as u64).isqrt() as u32).min(MOST_PIXELS_ACROSS);
-        if width.max(height) > MOST_PIXELS_ACROSS || u64::from(width) * u64::from(height) > u64::from(limit).pow(2) {
+        // A picture is stored in whole blocks.
+        let in_blocks = |n: u32| u64::from(n.div_ceil(BLOCK) * BLOCK);
+        let most_pixels = limits.max_buffer_size / size_of::<Pixel>() as u64;
+        if width.max(height) > MOST_PIXELS_ACROSS || in_blocks(width) * in_blocks(height) > most_pixels {
+            let limit = (most_pixels.isqrt() as u32 / BLOCK * BLOCK).min(MOST_PIXELS_ACROSS);
             return Err(GpuError::PictureTooLarge { width, height, limit, adapter: self.gpu.info.name.clone() });
         }
         if scene.layers.len() > MOST_VOLUMES {

@@ -1,6 +1,6 @@
 //! The solvers: ways to find where a ray first enters the bone. Each that works within one cell is one file here and one shader of
-//! the same name (fixed steps are drawn by `cpu/steps.rs`, as they know no cells; the hardware's `filter` exists on the GPU only); the
-//! walk is compiled for each on its own, so that what is timed is the method and not a switch.
+//! the same name (fixed steps are drawn by `cpu/steps.rs`, as they know no cells; the hardware's `filter` exists on the GPU only). What is
+//! timed is the method and not the choice: the GPU's walk is compiled for each on its own, the CPU's chooses once for sixteen rays.
 
 mod analytic;
 mod bernstein;
