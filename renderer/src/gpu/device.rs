@@ -102,8 +102,8 @@ impl Gpu {
         // The adapter's own limits: the defaults stop at 2,048 samples and 128 MiB, whatever the card can do.
         let request = wgpu::DeviceDescriptor {
             label: Some("bregma"),
-            // What the solver `filter` asks for, and nothing else.
-            required_features: adapter.features() & wgpu::Features::FLOAT32_FILTERABLE,
+            // What the solver `filter` asks for, and a clock; nothing else.
+            required_features: adapter.features() & (wgpu::Features::FLOAT32_FILTERABLE | wgpu::Features::TIMESTAMP_QUERY),
             required_limits: adapter.limits(),
             ..Default::default()
         };

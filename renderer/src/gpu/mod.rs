@@ -8,6 +8,7 @@ mod pipelines;
 mod plan;
 mod segments;
 mod split;
+mod stamps;
 mod upload;
 
 use device::Gpu;

@@ -4,6 +4,7 @@ use super::blocks::{BLOCK_PIXELS, pixel_in_block};
 use super::device::{Gpu, GpuError};
 use super::layout::{Block, TraceParams};
 use super::plan::Plan;
+use super::stamps::Stamps;
 use super::{Parts, Reads, shade_source, trace_source};
 use crate::frame::Frame;
 use crate::roots::Solver;
@@ -163,7 +164,8 @@ impl Pipelines {
         gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("trace"), layout: &trace.layout, entries: &entries })
     }
 
-    /// Runs pass `pass` of the plan, with `params` instead of its own, over some blocks and waits for it; seconds.
+    /// Runs pass `pass` of the plan, with `params` instead of its own, over some blocks and waits for it; seconds by the card's own clock, or
+    /// by ours where it has none.
     pub fn time(
         &mut self,
         gpu: &Gpu,
@@ -175,17 +177,23 @@ impl Pipelines {
     ) -> Result<f64, GpuError> {
         let number = self.trace(gpu, plan.volumes[pass].reads, plan.solver, parts);
         let group = self.trace_group(gpu, number, plan, (pass, params), blocks, hits);
+        let stamps = Stamps::new(gpu);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let mut compute = encoder.begin_compute_pass(&Default::default());
+        let timestamp_writes = stamps.as_ref().map(Stamps::writes);
+        let mut compute = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("timed"), timestamp_writes });
         compute.set_pipeline(&self.trace[number].pipeline);
         compute.set_bind_group(0, &group, &[]);
         compute.dispatch_workgroups(blocks.len() as u32, 1, 1);
         drop(compute);
+        if let Some(stamps) = &stamps {
+            stamps.resolve(&mut encoder);
+        }
         gpu.wait()?;
         let begun = Instant::now();
         gpu.queue.submit([encoder.finish()]);
         gpu.wait()?;
-        Ok(begun.elapsed().as_secs_f64())
+        let by_our_clock = begun.elapsed().as_secs_f64();
+        stamps.map_or(Ok(by_our_clock), |stamps| stamps.seconds(gpu))
     }
 
     /// Runs all passes over all blocks.
