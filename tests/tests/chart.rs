@@ -65,7 +65,7 @@ fn every_solver_is_charted_and_exact_is_right() {
     // every respect and faster by more than the noise of a busy machine.
     let _turn = turn();
     let opened = skull();
-    let plan = Plan { cameras: orbit(&opened.bounds(), 2), size: [192, 160], rounds: 3 };
+    let plan = Plan { cameras: orbit(&opened.bounds(), 2), size: [320, 256], rounds: 5 };
     let chart = unbeaten(&opened, &plan);
     print!("{}", table::text(&chart));
     assert_eq!(chart.points.len(), 2 * Solver::ALL.len() - 1, "every solver on both backends, and the hardware's filter on the GPU");
@@ -98,7 +98,7 @@ fn exact_is_on_the_front_of_real_scans() {
         let source = Source { file: folder.join(name), ..Source::default() };
         let mut opened = Opened::read(&[source], &Progress::default()).unwrap();
         opened.scene.layers[0].iso = iso;
-        let plan = Plan { cameras: orbit(&opened.bounds(), 3)[..1].to_vec(), size: [256, 256], rounds: 3 };
+        let plan = Plan { cameras: orbit(&opened.bounds(), 3)[..1].to_vec(), size: [448, 448], rounds: 7 };
         unbeaten(&opened, &plan);
     }
 }
