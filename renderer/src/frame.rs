@@ -39,8 +39,6 @@ pub(crate) struct Frame {
     pub world_rays: PixelRays,
     /// Depth of the base plane before the eye: just before the nearest box, so that s stays small where surfaces are.
     pub base_mm: f64,
-    /// Depth behind the base plane beyond which there is nothing.
-    pub s_max: f32,
     /// Unit, in the world.
     pub toward_light: Vec3,
     /// Linear and premultiplied.
@@ -86,7 +84,6 @@ impl Frame {
             layers: surfaces.into_iter().map(layer).collect(),
             world_rays,
             base_mm,
-            s_max: (far - base_mm).max(0.0) as f32,
             toward_light: scene.toward_light().as_vec3(),
             background: scene.background.map_or(Vec4::ZERO, |c| c.linear().extend(1.0)),
             only_nearest: scene.mode == Mode::Iso,

@@ -23,10 +23,16 @@ impl<S: Simd> Place<S> {
         Self { cell: [zero; 3], t: zero, entry: [none; 3] }
     }
 
-    /// Where rays enter bricks.
+    /// The cells in which rays enter bricks with `size` cells along each side.
     #[inline(always)]
-    pub fn enter(&mut self, at: &InBrick<S>) {
-        self.cell = axes!(a => at.rays.select(at.first[a], self.cell[a]));
+    pub fn enter(&mut self, pace: &Pace<S>, at: &InBrick<S>, size: &Vecs<S>) {
+        self.cell = axes!(a => {
+            let cell = at.p[a].floor();
+            // On a face and moving down, the ray is in the cell below.
+            let below = !pace.forward[a] & pace.moves[a] & at.p[a].simd_eq(cell);
+            let first = below.select(cell - 1.0, cell).max(0.0).min(size[a] - 1.0);
+            at.rays.select(first, self.cell[a])
+        });
         self.t = at.rays.select(at.t, self.t);
         self.entry = axes!(a => self.entry[a] & !at.rays);
     }

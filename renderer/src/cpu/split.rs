@@ -75,7 +75,7 @@ pub fn split(level: Level, frame: &Frame, scene: &Scene, width: u32, height: u32
         whole_ms = whole_ms.min(begun.elapsed().as_secs_f64() * 1e3);
     }
     let (mut walking_ms, mut fetched_ms, mut solved_ms) = (0.0, 0.0, 0.0);
-    let mut limits = vec![frame.s_max; width as usize * height as usize];
+    let mut limits = vec![f32::MAX; width as usize * height as usize];
     for layer in &frame.layers {
         let samples = Source::Samples(layer.surface.volume.samples());
         let (solved, depths) = Rays { level, layer, width, limits: &limits }.time(Method::Solver(scene.solver), samples);

@@ -94,7 +94,7 @@ impl<S: Simd> Hits<S> {
 }
 
 /// What is done within a cell.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy)]
 pub(crate) enum Method {
     Solver(Solver),
     /// Nothing but fetching its corners, to time that.
@@ -181,8 +181,6 @@ pub(crate) struct InBrick<S: Simd> {
     /// Position where it enters; exact on the axis that it enters along.
     pub p: Vecs<S>,
     pub entry: [Mask<S>; 3],
-    /// The cell that it enters.
-    pub first: Vecs<S>,
 }
 
 impl<S: Simd> InBrick<S> {
@@ -191,19 +189,7 @@ impl<S: Simd> InBrick<S> {
     fn nowhere(simd: S) -> Self {
         let (zero, number, none) = (Floats::splat(simd, 0.0), Ints::splat(simd, 0), Mask::splat(simd, false));
         let (at, nothing) = ([zero; 3], [none; 3]);
-        Self {
-            rays: none,
-            brick: [number; 3],
-            mask: number,
-            s: zero,
-            origin: at,
-            t: zero,
-            t_out: zero,
-            t_end: zero,
-            p: at,
-            entry: nothing,
-            first: at,
-        }
+        Self { rays: none, brick: [number; 3], mask: number, s: zero, origin: at, t: zero, t_out: zero, t_end: zero, p: at, entry: nothing }
     }
 
     /// Takes over those of `new`.
@@ -220,7 +206,6 @@ impl<S: Simd> InBrick<S> {
         self.t_end = is_new.select(new.t_end, self.t_end);
         self.p = axes!(a => is_new.select(new.p[a], self.p[a]));
         self.entry = axes!(a => (self.entry[a] & !is_new) | (new.entry[a] & is_new));
-        self.first = axes!(a => is_new.select(new.first[a], self.first[a]));
     }
 
     /// First sample of the brick.
@@ -266,9 +251,9 @@ impl<'a> Field<'a> {
                     self.look_up(simd, &mut rays, is_new);
                     let entering = is_new & rays.distance.simd_eq(0);
                     if entering.any_true() {
-                        let new = self.enter_brick(simd, &rays, entering);
+                        let (new, size) = self.enter_brick(simd, &rays, entering);
                         at.enter(&new);
-                        place.enter(&new);
+                        place.enter(&rays.pace, &new, &size);
                     }
                 }
                 let within = seeking & at.rays;
@@ -356,9 +341,9 @@ impl<'a> Field<'a> {
         (s_in, (beside[0] | beside[1] | beside[2]).select(Floats::splat(simd, -FAR), s_out))
     }
 
-    /// Where the rays of `of` are within a brick, of which `s` is at or near the entry; some miss it.
+    /// Where the rays of `of` are within a brick, of which `s` is at or near the entry, and its cells along each side; some miss it.
     #[inline(always)]
-    fn enter_brick<S: Simd>(&self, simd: S, rays: &Walkers<'_, S>, of: Mask<S>) -> InBrick<S> {
+    fn enter_brick<S: Simd>(&self, simd: S, rays: &Walkers<'_, S>, of: Mask<S>) -> (InBrick<S>, Vecs<S>) {
         let Walkers { ref pace, s, s_max, brick, .. } = *rays;
         let zero = Floats::splat(simd, 0.0);
         let corner = axes!(a => brick[a] * BRICK as i32);
@@ -375,12 +360,6 @@ impl<'a> Field<'a> {
         let t_out = far[0].min(far[1]).min(far[2]);
         let entry = axes!(a => axis[a] & through_face);
         let p = axes!(a => entry[a].select(near[a], (origin[a] + t * pace.direction[a]).max(zero).min(size[a])));
-        let first = axes!(a => {
-            let cell = p[a].floor();
-            // On a face and moving down, the ray is in the cell below.
-            let below = !pace.forward[a] & pace.moves[a] & p[a].simd_eq(cell);
-            below.select(cell - 1.0, cell).max(zero).min(size[a] - 1.0)
-        });
         let mut mask = [0; LANES];
         let inside = of & t.simd_lt(t_out);
         let number = rays.number.to_array();
@@ -388,7 +367,7 @@ impl<'a> Field<'a> {
             mask[lane] = (self.masks.slots()[number[lane] as usize] as usize * WORDS) as i32;
         }
         let mask = Ints::load_array(simd, mask);
-        InBrick { rays: inside, brick, mask, s, origin, t, t_out, t_end: t_out.min(s_max - s), p, entry, first }
+        (InBrick { rays: inside, brick, mask, s, origin, t, t_out, t_end: t_out.min(s_max - s), p, entry }, size)
     }
 
     /// Which of the rays of `of` are in cells that can hold the surface.
