@@ -16,6 +16,8 @@ struct ShadeParams {
     passes: u32,
     // 1 where the mode is overlay.
     overlay: u32,
+    // 1 where light can be kept from what is drawn.
+    shadows: u32,
 }
 
 struct ShadeLayer {
@@ -35,12 +37,12 @@ var<private> params: ShadeParams;
 // For each pixel its colour in 24 bits with the volume's number above, 0 where nothing was hit, and the depth behind the base plane;
 // the host makes that a distance along the ray, as float32 is short of digits for a far eye.
 @group(0) @binding(4) var<storage, read_write> pixels: array<vec2<u32>>;
+@group(0) @binding(5) var<storage, read> shadows: array<u32>;
 
-// Both sides of a surface are lit.
-fn phong(color: vec3<f32>, normal: vec3<f32>, view: vec3<f32>) -> vec3<f32> {
-    let n = select(normal, -normal, dot(normal, view) > 0.0);
-    let lambert = max(dot(n, params.toward_light), 0.0);
-    let mirrored = 2.0 * dot(n, params.toward_light) * n - params.toward_light;
+fn phong(color: vec3<f32>, normal: vec3<f32>, view: vec3<f32>, is_lit: bool) -> vec3<f32> {
+    let cosine = dot(normal, params.toward_light);
+    let lambert = select(0.0, max(cosine, 0.0), is_lit);
+    let mirrored = 2.0 * cosine * normal - params.toward_light;
     var highlight = 0.0;
     let reflected = -dot(mirrored, view);
     if lambert > 0.0 && reflected > 0.0 {
@@ -49,25 +51,11 @@ fn phong(color: vec3<f32>, normal: vec3<f32>, view: vec3<f32>) -> vec3<f32> {
     return color * (params.ambient + params.diffuse * lambert) + params.specular * highlight;
 }
 
-const NONE: u32 = 0xffffffffu;
-
-// The pass with the nearest hit, leaving out one; NONE when there is none.
-fn nearest(index: u32, skip: u32) -> u32 {
-    var best = NONE;
-    var best_s = 0.0;
-    for (var l = 0u; l < params.passes; l++) {
-        let s = hits[l * params.stride + index].w;
-        if l != skip && s >= 0.0 && (best == NONE || s < best_s) {
-            best = l;
-            best_s = s;
-        }
-    }
-    return best;
-}
-
-fn shaded(index: u32, layer: u32, view: vec3<f32>) -> vec3<f32> {
+// The colour of a hit; `bit` says whether it lies in shadow.
+fn light(index: u32, layer: u32, view: vec3<f32>, bit: u32) -> vec3<f32> {
     let normal = hits[layer * params.stride + index].xyz;
-    return phong(layers[layer].color.rgb, select(normal, -view, all(normal == vec3<f32>(0.0))), view);
+    let is_dark = params.shadows == 1u && (shadows[index] & bit) != 0u;
+    return phong(layers[layer].color.rgb, select(normal, -view, all(normal == vec3<f32>(0.0))), view, !is_dark);
 }
 
 // A linear colour as sRGB.
@@ -89,12 +77,12 @@ fn shade(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     }
     let p = vec2<f32>(blocks[group.x].pixel + pixel_in_block(n));
     let view = normalize(params.view_base + p.x * params.view_per_x + p.y * params.view_per_y);
-    var color = shaded(index, first, view);
+    var color = light(index, first, view, FIRST_IS_DARK);
     if params.overlay == 1u {
         let second = nearest(index, first);
         if second != NONE {
             let opacity = layers[first].color.a;
-            color = color * opacity + shaded(index, second, view) * (1.0 - opacity);
+            color = color * opacity + light(index, second, view, SECOND_IS_DARK) * (1.0 - opacity);
         }
     }
     let s = hits[first * params.stride + index].w;

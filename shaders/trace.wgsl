@@ -1,4 +1,5 @@
-// One pass for one volume over a batch of blocks: the first hit of every pixel, with its normal.
+// Passes for one volume over a batch of blocks: the first hit of every pixel, with its normal; and, once those of all volumes are known,
+// whether this one keeps the light from them.
 
 struct TraceParams {
     origin: PixelAffine,
@@ -16,6 +17,13 @@ struct TraceParams {
     only_nearest: u32,
     // Always 0; see `opaque`.
     zero: u32,
+    // Change in index space per mm toward the light.
+    to_light: Double,
+    // The same direction in the world, unit.
+    toward_light: vec3<f32>,
+    // How far before a surface its shadow rays begin, mm.
+    shadow_start: f32,
+    passes: u32,
 }
 
 @group(0) @binding(0) var<storage, read> trace_params: TraceParams;
@@ -23,8 +31,10 @@ struct TraceParams {
 var<private> params: TraceParams;
 @group(0) @binding(6) var<storage, read> blocks: array<Block>;
 
-// Outward world normal and s; s < 0 where nothing was hit, a zero normal where the eye is inside bone.
+// World normal toward the viewer and s; s < 0 where nothing was hit, a zero normal where there is none or the eye is inside bone.
 @group(0) @binding(3) var<storage, read_write> hits: array<vec4<f32>>;
+// For each pixel FIRST_IS_DARK and SECOND_IS_DARK.
+@group(0) @binding(7) var<storage, read_write> shadows: array<u32>;
 
 @compute @workgroup_size(64)
 fn trace(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) n: u32) {
@@ -40,18 +50,53 @@ fn trace(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
         }
     }
     let pixel = block.pixel + pixel_in_block(n);
-    let hit = first_hit(Line(at_pixel(params.origin, pixel), at_pixel(params.direction, pixel)), block.span.x, s_max);
-    hits[params.pass_number * params.stride + index] = vec4<f32>(world_normal(hit), select(hit.s, -1.0, hit.met == MISSED));
+    let line = line_of(pixel);
+    let hit = first_hit(line, block.span.x, s_max);
+    hits[params.pass_number * params.stride + index] =
+        vec4<f32>(world_normal(hit, line.direction.hi), select(hit.s, -1.0, hit.met == MISSED));
 }
 
-fn world_normal(hit: Hit) -> vec3<f32> {
+fn line_of(pixel: vec2<u32>) -> Line {
+    return Line(at_pixel(params.origin, pixel), at_pixel(params.direction, pixel));
+}
+
+// Whether bone of this volume lies between what a pixel draws and the light.
+@compute @workgroup_size(64)
+fn shadow(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) n: u32) {
+    params = trace_params;
+    let block = blocks[group.x];
+    let index = group.x * BLOCK_PIXELS + n;
+    var dark = select(shadows[index], 0u, params.pass_number == 0u);
+    let line = line_of(block.pixel + pixel_in_block(n));
+    var drawn = nearest(index, NONE);
+    var bit = FIRST_IS_DARK;
+    while drawn != NONE {
+        let hit = hits[drawn * params.stride + index];
+        // What is turned away from the light has none; without a normal it is seen from the front.
+        let is_turned_away = dot(hit.xyz, params.toward_light) <= 0.0 && any(hit.xyz != vec3<f32>(0.0));
+        if (dark & bit) == 0u && !is_turned_away {
+            let seen = line_at(line, hit.w);
+            let start = two_sum(seen.hi, seen.lo + params.shadow_start * params.to_light.hi);
+            dark |= select(0u, bit, first_hit(Line(start, params.to_light), 0.0, FAR).met != MISSED);
+        }
+        if bit == SECOND_IS_DARK || params.only_nearest == 1u {
+            break;
+        }
+        drawn = nearest(index, drawn);
+        bit = SECOND_IS_DARK;
+    }
+    shadows[index] = dark;
+}
+
+fn world_normal(hit: Hit, direction: vec3<f32>) -> vec3<f32> {
     var index = hit.face;
     if hit.met == MET_ISOSURFACE {
         index = -smooth_gradient(hit.cell, hit.local);
     } else if hit.met != MET_FACE {
         return vec3<f32>(0.0);
     }
-    let world = params.normal_to_world * index;
+    // Both sides of a surface are lit: the smooth normal may turn away where the surface does not.
+    let world = params.normal_to_world * select(index, -index, dot(index, direction) > 0.0);
     let size = length(world);
     if size > 0.0 {
         return world / size;

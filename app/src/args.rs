@@ -134,6 +134,9 @@ pub struct RenderArgs {
     /// How roots are found: exact [default], linear, neubauer[:2|3|4], marmitt[:2|3|4], analytic, step:1|0.5|0.25|0.125, filter (GPU)
     #[arg(long, value_name = "NAME", value_parser = solver)]
     pub solver: Option<Solver>,
+    /// Surfaces keep the light from each other
+    #[arg(long)]
+    pub shadows: bool,
     /// Opacity of a surface that overlay draws transparent: once for all, or once for each volume
     #[arg(long, value_name = "V", value_parser = number, value_delimiter = ',')]
     pub opacity: Vec<f64>,
@@ -234,6 +237,9 @@ pub struct BenchArgs {
     /// Pixels along each side
     #[arg(long, value_name = "N", default_value_t = 512, value_parser = clap::value_parser!(u32).range(1..=16384))]
     pub size: u32,
+    /// Surfaces keep the light from each other
+    #[arg(long)]
+    pub shadows: bool,
     /// Frames of the orbit
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub frames: u32,

@@ -2,13 +2,18 @@
 
 use crate::camera::PixelRays;
 use crate::cell_masks::CellMasks;
+use crate::light_spans::LightSpans;
 use crate::occupancy::DistanceMap;
 use crate::scene::{Mode, Scene, Surface};
 use crate::spans::Spans;
 use crate::{InstructionSet, RenderError};
 use bregma_volume::Volume;
-use glam::{Mat3, Vec3, Vec4};
+use glam::{DVec3, Mat3, Vec3, Vec4};
 use std::sync::Arc;
+
+/// Shadow rays begin so far toward the light from where the pixel's ray hit: a hundred times farther than float32 is off there, so that no
+/// surface casts a shadow on itself at its own hit; and far below what a pixel shows.
+pub const SHADOW_START_VOXEL: f64 = 0.01;
 
 /// One visible layer of a frame.
 #[derive(Debug)]
@@ -29,6 +34,10 @@ pub(crate) struct FrameLayer {
     /// Linear colour.
     pub color: Vec3,
     pub opacity: f32,
+    /// Change in index space per mm toward the light.
+    pub to_light: DVec3,
+    /// Where it can cast shadows from; of nothing in a scene without.
+    pub light_spans: LightSpans,
 }
 
 /// A scene worked out for one picture.
@@ -41,6 +50,8 @@ pub(crate) struct Frame {
     pub base_mm: f64,
     /// Unit, in the world.
     pub toward_light: Vec3,
+    /// How far before a surface its shadow rays begin, mm.
+    pub shadow_start_mm: f64,
     /// Linear and premultiplied.
     pub background: Vec4,
     /// Only the nearest hit of all layers is drawn.
@@ -62,6 +73,8 @@ impl Frame {
         let base_mm = if near.is_finite() { (near - margin).max(0.0) } else { 0.0 };
         let based = world_rays.rebased(base_mm);
         maps.keep_only(&surfaces);
+        let toward_light = scene.toward_light();
+        let finest_mm = surfaces.iter().map(|(_, s)| s.grid.spacing_mm().min_element()).fold(f64::INFINITY, f64::min);
         let layer = |(index, surface): (usize, Surface)| {
             let to_index = surface.grid.world_to_index();
             let normals = to_index.matrix3.transpose();
@@ -71,12 +84,14 @@ impl Frame {
                 index,
                 level: surface.level as f32,
                 spans: Spans::of(&map, &surface.grid, &scene.camera, base_mm, width, height),
+                light_spans: if scene.shadows { LightSpans::of(&map, &surface.grid, toward_light) } else { LightSpans::default() },
                 map,
                 masks,
                 rays: based.mapped(&to_index),
                 normal_to_world: (normals * (1.0 / largest)).as_mat3(),
                 color: scene.layers[index].color.linear(),
                 opacity: scene.layers[index].opacity.clamp(0.0, 1.0),
+                to_light: to_index.matrix3 * toward_light,
                 surface,
             }
         };
@@ -84,7 +99,8 @@ impl Frame {
             layers: surfaces.into_iter().map(layer).collect(),
             world_rays,
             base_mm,
-            toward_light: scene.toward_light().as_vec3(),
+            toward_light: toward_light.as_vec3(),
+            shadow_start_mm: if finest_mm.is_finite() { SHADOW_START_VOXEL * finest_mm } else { 0.0 },
             background: scene.background.map_or(Vec4::ZERO, |c| c.linear().extend(1.0)),
             only_nearest: scene.mode == Mode::Iso,
         })

@@ -11,6 +11,7 @@ mod frame;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod lanes;
+mod light_spans;
 mod occupancy;
 pub mod reference;
 mod roots;

@@ -17,6 +17,7 @@ struct Record {
     adapter: String,
     threads: usize,
     mode: &'static str,
+    shadows: bool,
     solver: bregma_renderer::Solver,
     size: u32,
     frames: u32,
@@ -34,6 +35,7 @@ pub fn bench(args: &BenchArgs, backend: Backend) -> Result<(), CommandError> {
     let mut opened = open(&args.sources.0, &args.isovalues)?;
     opened.scene.mode = args.mode.into();
     opened.scene.solver = args.solver;
+    opened.scene.shadows = args.shadows;
     let mut renderer = renderer(backend)?;
     let name = renderer.name();
     let cameras = orbit(&opened.bounds(), args.frames);
@@ -65,6 +67,7 @@ pub fn bench(args: &BenchArgs, backend: Backend) -> Result<(), CommandError> {
         adapter: name,
         threads: rayon::current_num_threads(),
         mode: if args.mode == ModeName::Overlay { "overlay" } else { "iso" },
+        shadows: args.shadows,
         solver: args.solver,
         size: args.size,
         frames: args.frames,

@@ -15,6 +15,7 @@ pub fn render(args: &RenderArgs, backend: Backend) -> Result<(), CommandError> {
     set_each(&mut opened.scene.layers, &args.color, "--color", |layer, c| layer.color = *c)?;
     opened.scene.mode = args.mode.map_or(opened.scene.mode, Into::into);
     opened.scene.solver = args.solver.unwrap_or(opened.scene.solver);
+    opened.scene.shadows |= args.shadows;
     opened.scene.background = args.background.map_or(opened.scene.background, |b| b.0);
     opened.scene.camera = camera(&args.camera, &opened);
     let (width, height) = args.size;

@@ -10,9 +10,10 @@ mod walk;
 
 use crate::camera::PixelAffine;
 use crate::frame::{Frame, FrameLayer, MapCache};
-use crate::lanes::{Doubles, Floats, LANES, Mask, Vecs, axes, dot, numbers};
+use crate::lanes::{Doubles, Floats, Ints, LANES, Mask, Vecs, axes, dot, numbers};
+use crate::light_spans::LightSpans;
 use crate::roots::Solver;
-use crate::scene::{Picture, Scene};
+use crate::scene::{Mode, Picture, Scene};
 use crate::spans::BLOCK;
 use crate::{InstructionSet, RenderError, Renderer, Split};
 use bregma_volume::Volume;
@@ -21,7 +22,7 @@ use fearless_simd::{Level, Simd, dispatch};
 use fetch::Source;
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
-use shade::{Shaded, combine, encode, phong};
+use shade::{Drawn, encode, nearest, phong};
 use std::mem::discriminant;
 use std::sync::Arc;
 use walk::{Field, Hits, Lines, Method};
@@ -126,21 +127,29 @@ fn draw_band<S: Simd>(simd: S, frame: &Frame, scene: &Scene, band: Band<'_>) {
         let pixels = packet.pixels(simd, y0);
         hits.clear();
         for layer in &frame.layers {
-            trace(simd, frame, scene, layer, layer.spans.at(packet.x0, y0), &pixels, &mut hits);
+            hits.extend(trace(simd, frame, scene, layer, layer.spans.at(packet.x0, y0), &pixels, &hits));
         }
-        let combined = combine(simd, scene.mode, &hits);
-        if !combined.found.any_true() {
+        let first = nearest(simd, &hits, Floats::splat(simd, 0.0));
+        if !first.found.any_true() {
             continue;
         }
         let world = pixels.at(simd, &frame.world_rays.direction);
+        let view = normalized(&axes!(a => world[a].to_floats()));
+        let mut color = light(simd, frame, scene, &pixels, &first, &view);
+        if scene.mode == Mode::Overlay {
+            let second = nearest(simd, &hits, first.id);
+            let behind = light(simd, frame, scene, &pixels, &second, &view);
+            let opacity = second.found.select(first.opacity, Floats::splat(simd, 1.0));
+            color = axes!(a => color[a] * opacity + behind[a] * (1.0 - opacity));
+        }
         let length = (world[0] * world[0] + world[1] * world[1] + world[2] * world[2]).sqrt();
-        let depth = ((Doubles::splat(simd, frame.base_mm) + Doubles::of(combined.s)) * length).to_floats();
-        for lane in numbers(combined.found) {
+        let depth = ((Doubles::splat(simd, frame.base_mm) + Doubles::of(first.s)) * length).to_floats();
+        for lane in numbers(first.found) {
             let at = packet.index(lane, width);
-            let color = Vec3::from_array(axes!(a => combined.color[a][lane]));
+            let color = Vec3::from_array(axes!(a => color[a][lane]));
             rgba[at] = encode(color.extend(1.0), frame.background);
             depth_mm[at] = depth[lane];
-            volume_id[at] = combined.id[lane] as u8;
+            volume_id[at] = first.id[lane] as u8;
         }
     }
 }
@@ -205,7 +214,7 @@ impl<S: Simd> Pixels<S> {
     }
 }
 
-/// The hits of one layer in a packet, shaded.
+/// The hits of one layer in a packet, of those that are nearer than `hits` where only the nearest is drawn.
 #[inline(always)]
 fn trace<S: Simd>(
     simd: S,
@@ -214,28 +223,77 @@ fn trace<S: Simd>(
     layer: &FrameLayer,
     [s_min, s_max]: [f32; 2],
     pixels: &Pixels<S>,
-    hits: &mut Vec<Shaded<S>>,
-) {
+    hits: &[Drawn<S>],
+) -> Option<Drawn<S>> {
     if s_min > s_max {
-        return;
+        return None;
     }
     let field = field_of(layer, Source::Samples(layer.surface.volume.samples()));
     let lines = Lines { origin: pixels.at(simd, &layer.rays.origin), direction: pixels.at(simd, &layer.rays.direction) };
     let mut s_far = Floats::splat(simd, s_max);
     if frame.only_nearest {
         // What lies behind an opaque hit is not asked for.
-        for hit in hits.iter() {
+        for hit in hits {
             s_far = hit.found.select(s_far.min(hit.s), s_far);
         }
     }
     let found = field.first_hits(simd, Method::Solver(scene.solver), &lines, Floats::splat(simd, s_min), s_far, pixels.inside);
-    if found.found.any_true() {
-        let world = pixels.at(simd, &frame.world_rays.direction);
-        let view = normalized(&axes!(a => world[a].to_floats()));
-        let normal = normals(simd, &field, layer, &lines, &found, &view);
-        let color = phong(simd, &scene.light, layer.color, &normal, &view, frame.toward_light, found.found);
-        hits.push(Shaded { found: found.found, s: found.s, layer: layer.index, color, opacity: layer.opacity });
+    if !found.found.any_true() {
+        return None;
     }
+    let normal = normals(simd, &field, layer, &lines, &found);
+    let splat = |v| Floats::splat(simd, v);
+    let id = splat((layer.index + 1) as f32);
+    Some(Drawn { found: found.found, s: found.s, normal, color: axes!(a => splat(layer.color[a])), opacity: splat(layer.opacity), id })
+}
+
+/// The colours of what is drawn, where there is anything.
+#[inline(always)]
+fn light<S: Simd>(simd: S, frame: &Frame, scene: &Scene, pixels: &Pixels<S>, drawn: &Drawn<S>, view: &Vecs<S>) -> Vecs<S> {
+    // Where there is no normal: seen from the front.
+    let zero = Floats::splat(simd, 0.0);
+    let unknown = dot(&drawn.normal, &drawn.normal).simd_eq(zero);
+    let normal = axes!(a => unknown.select(-view[a], drawn.normal[a]));
+    let toward = axes!(a => Floats::splat(simd, frame.toward_light[a]));
+    let mut lit = drawn.found & dot(&normal, &toward).simd_gt(zero);
+    if scene.shadows && lit.any_true() {
+        lit &= !shadowed(simd, frame, scene, pixels, drawn, lit);
+    }
+    phong(simd, &scene.light, &drawn.color, &normal, view, &toward, lit)
+}
+
+/// Which of the hits of `asked` have bone of any layer between them and the light.
+#[inline(always)]
+fn shadowed<S: Simd>(simd: S, frame: &Frame, scene: &Scene, pixels: &Pixels<S>, drawn: &Drawn<S>, asked: Mask<S>) -> Mask<S> {
+    let zero = Floats::splat(simd, 0.0);
+    let mut dark = Mask::splat(simd, false);
+    for layer in &frame.layers {
+        let field = field_of(layer, Source::Samples(layer.surface.volume.samples()));
+        let to_light = layer.to_light;
+        let seen = Lines { origin: pixels.at(simd, &layer.rays.origin), direction: pixels.at(simd, &layer.rays.direction) }.at(drawn.s);
+        let lines = Lines {
+            origin: axes!(a => seen[a] + Doubles::splat(simd, frame.shadow_start_mm * to_light[a])),
+            direction: axes!(a => Doubles::splat(simd, to_light[a])),
+        };
+        let s_max = until_light(simd, &layer.light_spans, &axes!(a => seen[a].to_floats()), asked);
+        let asked = asked & !dark & s_max.simd_gt(zero);
+        if asked.any_true() {
+            dark |= field.first_hits(simd, Method::Solver(scene.solver), &lines, zero, s_max, asked).found;
+        }
+    }
+    dark
+}
+
+/// How far from points in index space toward the light a surface can lie, mm.
+#[inline(always)]
+fn until_light<S: Simd>(simd: S, spans: &LightSpans, p: &Vecs<S>, of: Mask<S>) -> Floats<S> {
+    let m = spans.from_index.as_affine3();
+    let seen = axes!(a => p[0] * m.matrix3.x_axis[a] + p[1] * m.matrix3.y_axis[a] + p[2] * m.matrix3.z_axis[a] + m.translation[a]);
+    let block = |a: usize| seen[a].floor().max(0.0).min((spans.size[a] - 1) as f32).to_int::<Ints<S>>();
+    let number = (block(1) * spans.size[0] as i32 + block(0)).to_array();
+    let mut near = [0.0; LANES];
+    numbers(of).for_each(|lane| near[lane] = spans.near[number[lane] as usize]);
+    seen[2] - Floats::load_array(simd, near)
 }
 
 fn field_of<'a>(layer: &'a FrameLayer, source: Source<'a>) -> Field<'a> {
@@ -249,21 +307,24 @@ fn normalized<S: Simd>(v: &Vecs<S>) -> Vecs<S> {
     axes!(a => v[a] / length)
 }
 
-/// Outward normals in the world, unit.
+/// Normals in the world that face the viewer, unit; zero where the viewer stands inside bone, or there is no gradient.
 #[inline(always)]
-fn normals<S: Simd>(simd: S, field: &Field<'_>, layer: &FrameLayer, lines: &Lines<S>, hits: &Hits<S>, view: &Vecs<S>) -> Vecs<S> {
+fn normals<S: Simd>(simd: S, field: &Field<'_>, layer: &FrameLayer, lines: &Lines<S>, hits: &Hits<S>) -> Vecs<S> {
     let surface = field.outward(simd, hits);
     // Of the box's face: against the ray.
     let (zero, one) = (Floats::splat(simd, 0.0), Floats::splat(simd, 1.0));
     let is_surface = hits.met.is_isosurface();
+    let direction = axes!(a => lines.direction[a].to_floats());
     let index = axes!(a => {
-        let face = hits.met.face[a].select(one.copysign(-lines.direction[a].to_floats()), zero);
+        let face = hits.met.face[a].select(one.copysign(-direction[a]), zero);
         is_surface.select(surface[a], face)
     });
+    // Both sides of a surface are lit: the smooth normal may turn away where the surface does not.
+    let away = dot(&index, &direction).simd_gt(zero);
+    let index = axes!(a => away.select(-index[a], index[a]));
     let m = &layer.normal_to_world;
     let world = axes!(a => m.x_axis[a] * index[0] + m.y_axis[a] * index[1] + m.z_axis[a] * index[2]);
     let length = dot(&world, &world).sqrt();
-    // The viewer stands inside bone, or there is no gradient: seen from the front.
     let known = length.simd_gt(zero) & !hits.met.eye;
-    axes!(a => known.select(world[a] / length, -view[a]))
+    axes!(a => known.select(world[a] / length, zero))
 }

@@ -3,97 +3,68 @@
 //! The twin of `shaders/shade.wgsl`.
 
 use crate::lanes::{Floats, LANES, Mask, Vecs, axes, dot, numbers};
-use crate::scene::{Light, Mode};
+use crate::scene::Light;
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 use glam::{Vec3, Vec4};
 
-/// Hits of one layer, shaded.
+/// What is drawn of one layer, or the nearest of several.
 #[derive(Clone, Copy)]
-pub(super) struct Shaded<S: Simd> {
-    /// In which lanes there is one.
+pub(super) struct Drawn<S: Simd> {
+    /// In which lanes there is anything.
     pub found: Mask<S>,
     /// Depth behind the base plane, mm; the nearest is drawn first.
     pub s: Floats<S>,
-    /// 0-based layer.
-    pub layer: usize,
+    /// In the world, toward the viewer, unit; zero where there is none.
+    pub normal: Vecs<S>,
     /// Linear colour.
     pub color: Vecs<S>,
     /// Opacity where the mode draws it transparent.
-    pub opacity: f32,
+    pub opacity: Floats<S>,
+    /// 1-based layer.
+    pub id: Floats<S>,
 }
 
-/// The linear colours of surfaces of `color` (linear) with outward `normal`, seen along `view` and lit from `toward_light`,
-/// all unit vectors in the world. Both sides of a surface are lit.
+/// The nearest of each lane, leaving out that of the layer of number `skip`; of equal ones the first layer's.
+#[inline(always)]
+pub(super) fn nearest<S: Simd>(simd: S, hits: &[Drawn<S>], skip: Floats<S>) -> Drawn<S> {
+    let zero = Floats::splat(simd, 0.0);
+    let mut best = Drawn { found: Mask::splat(simd, false), s: zero, normal: [zero; 3], color: [zero; 3], opacity: zero, id: zero };
+    for hit in hits {
+        let nearer = hit.found & hit.id.simd_ne(skip) & (!best.found | hit.s.simd_lt(best.s));
+        best.found |= nearer;
+        best.s = nearer.select(hit.s, best.s);
+        best.normal = axes!(a => nearer.select(hit.normal[a], best.normal[a]));
+        best.color = axes!(a => nearer.select(hit.color[a], best.color[a]));
+        best.opacity = nearer.select(hit.opacity, best.opacity);
+        best.id = nearer.select(hit.id, best.id);
+    }
+    best
+}
+
+/// The linear colours of surfaces of `color` (linear) with a `normal` toward the viewer, seen along `view` and, in the lanes of `lit`, lit
+/// from `toward`, all unit vectors in the world.
 #[inline(always)]
 pub(super) fn phong<S: Simd>(
     simd: S,
     light: &Light,
-    color: Vec3,
+    color: &Vecs<S>,
     normal: &Vecs<S>,
     view: &Vecs<S>,
-    toward_light: Vec3,
-    of: Mask<S>,
+    toward: &Vecs<S>,
+    lit: Mask<S>,
 ) -> Vecs<S> {
     let zero = Floats::splat(simd, 0.0);
-    let toward = axes!(a => Floats::splat(simd, toward_light[a]));
-    let away = dot(normal, view).simd_gt(zero);
-    let n = axes!(a => away.select(-normal[a], normal[a]));
-    let cosine = dot(&n, &toward);
-    let lambert = cosine.max(zero);
-    let mirrored = axes!(a => 2.0 * cosine * n[a] - toward[a]);
+    let cosine = dot(normal, toward);
+    let lambert = lit.select(cosine.max(zero), zero);
+    let mirrored = axes!(a => 2.0 * cosine * normal[a] - toward[a]);
     let reflected = (-dot(&mirrored, view)).max(zero);
     let (base, mut highlight) = (reflected.to_array(), [0.0; LANES]);
-    for lane in numbers(of & lambert.simd_gt(zero) & reflected.simd_gt(zero)) {
+    for lane in numbers(lit & lambert.simd_gt(zero) & reflected.simd_gt(zero)) {
         highlight[lane] = base[lane].powf(light.shininess);
     }
     let highlight = light.specular * Floats::load_array(simd, highlight);
     axes!(a => color[a] * (light.ambient + light.diffuse * lambert) + highlight)
-}
-
-/// The picture's colour (linear) of the hits of all layers that are drawn.
-#[derive(Clone, Copy)]
-pub(super) struct Combined<S: Simd> {
-    /// In which lanes there is one.
-    pub found: Mask<S>,
-    pub color: Vecs<S>,
-    /// The depth of the nearest and its 1-based layer.
-    pub s: Floats<S>,
-    pub id: Floats<S>,
-}
-
-/// Of the hits of all layers, in the order of layers.
-#[inline(always)]
-pub(super) fn combine<S: Simd>(simd: S, mode: Mode, hits: &[Shaded<S>]) -> Combined<S> {
-    let zero = Floats::splat(simd, 0.0);
-    let first = nearest(simd, hits, zero);
-    if mode != Mode::Overlay {
-        return first;
-    }
-    let second = nearest(simd, hits, first.id);
-    let mut opacity = Floats::splat(simd, 1.0);
-    for hit in hits {
-        let is_first = second.found & first.id.simd_eq((hit.layer + 1) as f32);
-        opacity = is_first.select(Floats::splat(simd, hit.opacity), opacity);
-    }
-    let color = axes!(a => second.found.select(first.color[a] * opacity + second.color[a] * (1.0 - opacity), first.color[a]));
-    Combined { color, ..first }
-}
-
-/// The nearest hit of each lane, leaving out that of the layer of number `skip`; of equal ones the first layer's.
-#[inline(always)]
-fn nearest<S: Simd>(simd: S, hits: &[Shaded<S>], skip: Floats<S>) -> Combined<S> {
-    let zero = Floats::splat(simd, 0.0);
-    let mut best = Combined { found: Mask::splat(simd, false), color: [zero; 3], s: zero, id: zero };
-    for hit in hits {
-        let id = Floats::splat(simd, (hit.layer + 1) as f32);
-        let nearer = hit.found & id.simd_ne(skip) & (!best.found | hit.s.simd_lt(best.s));
-        best.found |= nearer;
-        best.s = nearer.select(hit.s, best.s);
-        best.color = axes!(a => nearer.select(hit.color[a], best.color[a]));
-        best.id = nearer.select(id, best.id);
-    }
-    best
 }
 
 /// A premultiplied linear colour over the background, as sRGB bytes with straight alpha.

@@ -25,7 +25,7 @@ pub(crate) struct Lines<S: Simd> {
 
 impl<S: Simd> Lines<S> {
     #[inline(always)]
-    fn at(&self, s: Floats<S>) -> [Doubles<S>; 3] {
+    pub fn at(&self, s: Floats<S>) -> [Doubles<S>; 3] {
         let s = Doubles::of(s);
         axes!(a => self.origin[a] + s * self.direction[a])
     }
@@ -218,8 +218,24 @@ impl<S: Simd> InBrick<S> {
 impl<'a> Field<'a> {
     /// The first entries into the bone along `lines`, of the rays of `asked`, for s ≥ 0 within a span, before which there is none, or at
     /// s = 0 or the box's face where that is inside.
-    #[inline(always)]
     pub fn first_hits<S: Simd>(
+        &self,
+        simd: S,
+        method: Method,
+        lines: &Lines<S>,
+        s_min: Floats<S>,
+        s_max: Floats<S>,
+        asked: Mask<S>,
+    ) -> Hits<S> {
+        // Compiled by itself and called, for rays from the eye and for those to the light.
+        simd.vectorize(
+            #[inline(always)]
+            || self.walk(simd, method, lines, s_min, s_max, asked),
+        )
+    }
+
+    #[inline(always)]
+    fn walk<S: Simd>(
         &self,
         simd: S,
         method: Method,

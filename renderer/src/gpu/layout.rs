@@ -16,6 +16,21 @@ pub(super) struct PixelAffinePairs {
     pub per_y_lo: [f32; 4],
 }
 
+/// `Double` of `shaders/line.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(super) struct Pair {
+    pub hi: [f32; 4],
+    pub lo: [f32; 4],
+}
+
+impl Pair {
+    pub fn new(v: DVec3) -> Self {
+        let (hi, lo) = split(v, |v| v as f32);
+        Self { hi, lo }
+    }
+}
+
 /// `TraceParams` of `shaders/trace.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -31,6 +46,11 @@ pub(super) struct TraceParams {
     pub stride: u32,
     pub only_nearest: u32,
     pub zero: u32,
+    pub to_light: Pair,
+    pub toward_light: [f32; 3],
+    pub shadow_start: f32,
+    pub passes: u32,
+    pub padding: [u32; 3],
 }
 
 /// `Block` of `shaders/blocks.wgsl`.
@@ -56,7 +76,8 @@ pub(super) struct ShadeParams {
     pub stride: u32,
     pub passes: u32,
     pub overlay: u32,
-    pub padding: [u32; 2],
+    pub shadows: u32,
+    pub padding: u32,
 }
 
 /// `ShadeLayer` of `shaders/shade.wgsl`.
@@ -131,14 +152,15 @@ mod tests {
             &trace,
             "TraceParams",
             TraceParams,
-            [origin, direction, normal_to_world, dims, level, bricks, sign, pass_number, stride, only_nearest, zero]
+            [origin, direction, normal_to_world, dims, level, bricks, sign, pass_number, stride, only_nearest, zero, to_light, toward_light, shadow_start, passes]
         );
+        same_layout!(&trace, "Double", Pair, [hi, lo]);
         same_layout!(&trace, "Block", Block, [pixel, span]);
         same_layout!(
             &shade,
             "ShadeParams",
             ShadeParams,
-            [view_base, view_per_x, view_per_y, toward_light, ambient, diffuse, specular, shininess, stride, passes, overlay]
+            [view_base, view_per_x, view_per_y, toward_light, ambient, diffuse, specular, shininess, stride, passes, overlay, shadows]
         );
         same_layout!(&shade, "ShadeLayer", ShadeLayer, [color, id]);
     }

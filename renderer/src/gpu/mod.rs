@@ -70,6 +70,8 @@ enum Parts {
     Fetch,
     /// Everything.
     Solve,
+    /// Everything, for rays to the light.
+    Shadow,
 }
 
 /// How a pass reads samples.
@@ -87,18 +89,18 @@ fn trace_source(reads: Reads, solver: Solver, parts: Parts) -> String {
     let samples = if parts == Parts::Walk { wgsl!("unread").to_owned() } else { samples.replace("SAMPLE", reads.component) };
     let filtered = if parts == Parts::Walk { "" } else { wgsl!("filtered") };
     let unsolved = [wgsl!("unsolved"), wgsl!("filter")].join("\n");
-    let solve = if parts == Parts::Solve { solver_source(solver) } else { unsolved };
+    let solve = if matches!(parts, Parts::Solve | Parts::Shadow) { solver_source(solver) } else { unsolved };
     let in_brick = match solver {
         Solver::Step(steps) => [wgsl!("interpolant"), &wgsl!("steps").replace("PER_VOXEL", per_voxel(steps))].join("\n"),
         Solver::Filter => [&solve, filtered, wgsl!("filter_cells")].join("\n"),
         _ => [&solve, wgsl!("cells")].join("\n"),
     };
-    [wgsl!("line"), &samples, &in_brick, wgsl!("walk"), wgsl!("blocks"), wgsl!("trace")].join("\n")
+    [wgsl!("line"), &samples, &in_brick, wgsl!("walk"), wgsl!("blocks"), wgsl!("nearest"), wgsl!("trace")].join("\n")
 }
 
 /// The WGSL of the shading pass.
 fn shade_source() -> String {
-    [wgsl!("blocks"), wgsl!("shade")].join("\n")
+    [wgsl!("blocks"), wgsl!("nearest"), wgsl!("shade")].join("\n")
 }
 
 /// Draws on the GPU. Keeps volumes, distance maps and pictures there between frames.
@@ -215,7 +217,7 @@ mod tests {
         // Fails when a part that no picture of the other tests needs no longer fits the rest: scans of more layers than a texture array
         // has, the passes that are only timed.
         for solver in Solver::ALL {
-            for parts in [Parts::Walk, Parts::Fetch, Parts::Solve] {
+            for parts in [Parts::Walk, Parts::Fetch, Parts::Solve, Parts::Shadow] {
                 for component in ["u32", "i32", "f32"] {
                     for in_layers in [false, true] {
                         // What hardware filters is float32, in a 3D texture.

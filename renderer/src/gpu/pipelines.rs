@@ -93,8 +93,7 @@ pub(super) fn compile(
 
 impl Pipelines {
     pub fn new(gpu: &Gpu) -> Self {
-        let entries =
-            [entry(0, storage(true)), entry(1, storage(true)), entry(2, storage(true)), entry(3, storage(true)), entry(4, storage(false))];
+        let entries = [0, 1, 2, 3, 4, 5].map(|binding| entry(binding, storage(binding != 4)));
         let (shade_layout, shade) = compile(gpu, "shade", &shade_source(), &entries);
         let linear = wgpu::FilterMode::Linear;
         let descriptor = wgpu::SamplerDescriptor { label: Some("filter"), mag_filter: linear, min_filter: linear, ..Default::default() };
@@ -126,7 +125,11 @@ impl Pipelines {
         } else if reads.in_layers {
             entries.push(entry(4, BindingType::Sampler(SamplerBindingType::NonFiltering)));
         }
-        let (layout, pipeline) = compile(gpu, "trace", &trace_source(reads, solver, parts), &entries);
+        if parts == Parts::Shadow {
+            entries.push(entry(7, storage(false)));
+        }
+        let name = if parts == Parts::Shadow { "shadow" } else { "trace" };
+        let (layout, pipeline) = compile(gpu, name, &trace_source(reads, solver, parts), &entries);
         self.trace.push(Trace { reads, solver, parts, layout, pipeline });
         self.trace.len() - 1
     }
@@ -139,7 +142,7 @@ impl Pipelines {
         plan: &Plan,
         (pass, params): (usize, &TraceParams),
         blocks: &Range<usize>,
-        hits: &wgpu::Buffer,
+        (hits, shadows): (&wgpu::Buffer, Option<&wgpu::Buffer>),
     ) -> wgpu::BindGroup {
         let (trace, volume) = (&self.trace[number], &plan.volumes[pass]);
         let params = filled_buffer(gpu, bytemuck::bytes_of(params), BufferUsages::STORAGE);
@@ -161,6 +164,9 @@ impl Pipelines {
         } else if volume.reads.in_layers {
             entries.push(bound(4, wgpu::BindingResource::Sampler(&self.nearest)));
         }
+        if let Some(shadows) = shadows {
+            entries.push(bound(7, shadows.as_entire_binding()));
+        }
         gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("trace"), layout: &trace.layout, entries: &entries })
     }
 
@@ -176,7 +182,7 @@ impl Pipelines {
         hits: &wgpu::Buffer,
     ) -> Result<f64, GpuError> {
         let number = self.trace(gpu, plan.volumes[pass].reads, plan.solver, parts);
-        let group = self.trace_group(gpu, number, plan, (pass, params), blocks, hits);
+        let group = self.trace_group(gpu, number, plan, (pass, params), blocks, (hits, None));
         let stamps = Stamps::new(gpu);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let timestamp_writes = stamps.as_ref().map(Stamps::writes);
@@ -200,7 +206,9 @@ impl Pipelines {
     pub fn run(&mut self, gpu: &Gpu, plan: &Plan, target: &Target) -> Result<(), GpuError> {
         // No volume has no blocks.
         let Some(first) = plan.volumes.first() else { return Ok(()) };
-        let numbers: Vec<usize> = plan.volumes.iter().map(|v| self.trace(gpu, v.reads, plan.solver, Parts::Solve)).collect();
+        let mut compiled = |parts| -> Vec<usize> { plan.volumes.iter().map(|v| self.trace(gpu, v.reads, plan.solver, parts)).collect() };
+        let numbers = compiled(Parts::Solve);
+        let shadow_numbers = if plan.shade.shadows == 1 { compiled(Parts::Shadow) } else { vec![] };
         let colors = filled_buffer(gpu, bytemuck::cast_slice(&plan.colors), BufferUsages::STORAGE);
         let params = filled_buffer(gpu, bytemuck::bytes_of(&plan.shade), BufferUsages::STORAGE);
         for blocks in plan.batches() {
@@ -212,7 +220,11 @@ impl Pipelines {
                 pass.dispatch_workgroups(blocks.len() as u32, 1, 1);
             };
             for (&number, own) in numbers.iter().zip(plan.trace.iter().enumerate()) {
-                dispatch(&self.trace[number].pipeline, self.trace_group(gpu, number, plan, own, &blocks, &target.hits));
+                dispatch(&self.trace[number].pipeline, self.trace_group(gpu, number, plan, own, &blocks, (&target.hits, None)));
+            }
+            for (&number, own) in shadow_numbers.iter().zip(plan.trace.iter().enumerate()) {
+                let buffers = (&target.hits, Some(&target.shadows));
+                dispatch(&self.trace[number].pipeline, self.trace_group(gpu, number, plan, own, &blocks, buffers));
             }
             let entries = [
                 bound(0, params.as_entire_binding()),
@@ -220,6 +232,7 @@ impl Pipelines {
                 bound(2, colors.as_entire_binding()),
                 bound(3, part(&first.blocks, &blocks, size_of::<Block>())),
                 bound(4, part(&target.pixels, &blocks, BLOCK_PIXELS * size_of::<Pixel>())),
+                bound(5, target.shadows.as_entire_binding()),
             ];
             let layout = &self.shade_layout;
             dispatch(
@@ -242,7 +255,10 @@ pub(super) const HIT_BYTES: u64 = 16;
 
 /// Room for the hits of `passes` over a batch of blocks of `plan`.
 pub(super) fn hit_buffer(gpu: &Gpu, plan: &Plan, passes: usize) -> wgpu::Buffer {
-    let size = (plan.batch * BLOCK_PIXELS * passes) as u64 * HIT_BYTES;
+    storage_buffer(gpu, (plan.batch * BLOCK_PIXELS * passes) as u64 * HIT_BYTES)
+}
+
+fn storage_buffer(gpu: &Gpu, size: u64) -> wgpu::Buffer {
     gpu.device.create_buffer(&wgpu::BufferDescriptor { label: Some("hits"), size, usage: BufferUsages::STORAGE, mapped_at_creation: false })
 }
 
@@ -268,6 +284,7 @@ pub(super) struct Target {
     height: u32,
     passes: usize,
     hits: wgpu::Buffer,
+    shadows: wgpu::Buffer,
     /// Block by block of those that are drawn.
     pixels: wgpu::Buffer,
     readback: wgpu::Buffer,
@@ -286,6 +303,7 @@ impl Target {
             height,
             passes,
             hits: hit_buffer(gpu, plan, passes),
+            shadows: storage_buffer(gpu, (plan.batch * BLOCK_PIXELS * size_of::<u32>()) as u64),
             pixels: buffer(BufferUsages::STORAGE | BufferUsages::COPY_SRC),
             readback: buffer(BufferUsages::MAP_READ | BufferUsages::COPY_DST),
         }

@@ -1,7 +1,7 @@
 //! What one picture asks of the GPU: textures, blocks, and the parameters of every pass.
 
 use super::blocks::{self, BLOCK_PIXELS};
-use super::layout::{Block, PixelAffinePairs, ShadeLayer, ShadeParams, TraceParams, padded, padded_matrix};
+use super::layout::{Block, Pair, PixelAffinePairs, ShadeLayer, ShadeParams, TraceParams, padded, padded_matrix};
 use super::pipelines::{HIT_BYTES, Pixel, filled_buffer};
 use super::{BATCH, GpuError, GpuRenderer, Reads, upload};
 use crate::frame::{Frame, FrameLayer};
@@ -106,6 +106,11 @@ impl GpuRenderer {
             stride,
             only_nearest: u32::from(frame.only_nearest),
             zero: 0,
+            to_light: Pair::new(layer.to_light),
+            toward_light: frame.toward_light.to_array(),
+            shadow_start: frame.shadow_start_mm as f32,
+            passes: layers.len() as u32,
+            padding: [0; 3],
         };
         let view = frame.world_rays.direction;
         let shade = ShadeParams {
@@ -120,7 +125,8 @@ impl GpuRenderer {
             stride,
             passes: layers.len() as u32,
             overlay: u32::from(scene.mode == Mode::Overlay),
-            padding: [0; 2],
+            shadows: u32::from(scene.shadows),
+            padding: 0,
         };
         let color = |l: &&FrameLayer| ShadeLayer { color: l.color.extend(l.opacity).to_array(), id: l.index as u32 + 1, padding: [0; 3] };
         let trace = layers.iter().enumerate().map(trace).collect();
