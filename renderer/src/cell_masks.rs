@@ -21,6 +21,8 @@ pub(crate) struct CellMasks {
     /// For each brick, i fastest, the number of its mask.
     slots: Vec<u32>,
     masks: Vec<Mask>,
+    /// For each mask the box of its cells, see [`box_of`].
+    boxes: Vec<u32>,
 }
 
 impl CellMasks {
@@ -41,7 +43,8 @@ impl CellMasks {
             all.par_chunks_mut(CHUNK).zip(occupied.par_chunks(CHUNK)).for_each(masks);
             all
         });
-        Self { slots, masks }
+        let boxes = masks.iter().map(box_of).collect();
+        Self { slots, masks, boxes }
     }
 
     /// For each brick, i fastest, the number of its mask; 0 where it has none.
@@ -54,9 +57,14 @@ impl CellMasks {
         self.masks.as_flattened()
     }
 
+    /// For each mask the box that its cells lie in: 4 bits each for the lowest x, y and z and, above these, for the ends.
+    pub fn boxes(&self) -> &[u32] {
+        &self.boxes
+    }
+
     /// Memory that they take.
     pub fn bytes(&self) -> usize {
-        size_of_val(self.slots.as_slice()) + size_of_val(self.masks.as_slice())
+        size_of_val(self.slots.as_slice()) + size_of_val(self.masks.as_slice()) + size_of_val(self.boxes.as_slice())
     }
 }
 
@@ -91,6 +99,21 @@ fn mask_of<S: Simd, T: Sample>(simd: S, samples: &[T], dims: [usize; 3], corner:
         }
     }
     std::array::from_fn(|word| (mask[word / 2] >> (word % 2 * 32)) as u32)
+}
+
+/// The box of a mask's cells; an empty one has no cells at all.
+fn box_of(mask: &Mask) -> u32 {
+    let layers: [u64; BRICK] = std::array::from_fn(|z| u64::from(mask[2 * z]) | u64::from(mask[2 * z + 1]) << 32);
+    let all = layers.iter().fold(0, |all, layer| all | layer);
+    let rows = |y: usize| all >> (BRICK * y) & 0xff;
+    let columns = (0..BRICK).fold(0, |columns, y| columns | rows(y));
+    let ends = |is_there: &dyn Fn(usize) -> bool| {
+        let first = (0..BRICK).find(|n| is_there(*n)).unwrap_or(0);
+        let end = (0..BRICK).rfind(|n| is_there(*n)).map_or(0, |n| n + 1);
+        (first as u32, end as u32)
+    };
+    let [x, y, z] = [ends(&|x| columns >> x & 1 == 1), ends(&|y| rows(y) != 0), ends(&|z| layers[z] != 0)];
+    x.0 | y.0 << 4 | z.0 << 8 | x.1 << 12 | y.1 << 16 | z.1 << 20
 }
 
 /// Which of the first `count` samples are inside: ties included, as everywhere.

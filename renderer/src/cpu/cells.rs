@@ -23,15 +23,15 @@ impl<S: Simd> Place<S> {
         Self { cell: [zero; 3], t: zero, entry: [none; 3] }
     }
 
-    /// The cells in which rays enter bricks with `size` cells along each side.
+    /// The cells in which rays enter bricks, from the first to the last that can hold the surface along each side.
     #[inline(always)]
-    pub fn enter(&mut self, pace: &Pace<S>, at: &InBrick<S>, size: &Vecs<S>) {
+    pub fn enter(&mut self, pace: &Pace<S>, at: &InBrick<S>, [first, last]: &[Vecs<S>; 2]) {
         self.cell = axes!(a => {
             let cell = at.p[a].floor();
             // On a face and moving down, the ray is in the cell below.
             let below = !pace.forward[a] & pace.moves[a] & at.p[a].simd_eq(cell);
-            let first = below.select(cell - 1.0, cell).max(0.0).min(size[a] - 1.0);
-            at.rays.select(first, self.cell[a])
+            let cell = below.select(cell - 1.0, cell).max(first[a]).min(last[a]);
+            at.rays.select(cell, self.cell[a])
         });
         self.t = at.rays.select(at.t, self.t);
         self.entry = axes!(a => self.entry[a] & !at.rays);

@@ -267,9 +267,9 @@ impl<'a> Field<'a> {
                     self.look_up(simd, &mut rays, is_new);
                     let entering = is_new & rays.distance.simd_eq(0);
                     if entering.any_true() {
-                        let (new, size) = self.enter_brick(simd, &rays, entering);
+                        let (new, cells) = self.enter_brick(simd, &rays, entering);
                         at.enter(&new);
-                        place.enter(&rays.pace, &new, &size);
+                        place.enter(&rays.pace, &new, &cells);
                     }
                 }
                 let within = seeking & at.rays;
@@ -357,33 +357,35 @@ impl<'a> Field<'a> {
         (s_in, (beside[0] | beside[1] | beside[2]).select(Floats::splat(simd, -FAR), s_out))
     }
 
-    /// Where the rays of `of` are within a brick, of which `s` is at or near the entry, and its cells along each side; some miss it.
+    /// Where the rays of `of` enter the box of the cells that can hold the surface, in a brick of which `s` is at or near the entry, and the
+    /// first and last of these cells along each side; some miss it.
     #[inline(always)]
-    fn enter_brick<S: Simd>(&self, simd: S, rays: &Walkers<'_, S>, of: Mask<S>) -> (InBrick<S>, Vecs<S>) {
+    fn enter_brick<S: Simd>(&self, simd: S, rays: &Walkers<'_, S>, of: Mask<S>) -> (InBrick<S>, [Vecs<S>; 2]) {
         let Walkers { ref pace, s, s_max, brick, .. } = *rays;
-        let zero = Floats::splat(simd, 0.0);
+        let (mut mask, mut cells) = ([0; LANES], [0; LANES]);
+        let number = rays.number.to_array();
+        for lane in numbers(of) {
+            let slot = self.masks.slots()[number[lane] as usize] as usize;
+            (mask[lane], cells[lane]) = ((slot * WORDS) as i32, self.masks.boxes()[slot] as i32);
+        }
+        let (mask, cells) = (Ints::load_array(simd, mask), Ints::load_array(simd, cells));
+        let first = axes!(a => ((cells >> (4 * a as u32)) & 15).to_float::<Floats<S>>());
+        let end = axes!(a => ((cells >> (12 + 4 * a as u32)) & 15).to_float::<Floats<S>>());
         let corner = axes!(a => brick[a] * BRICK as i32);
-        let size = axes!(a => (self.dims[a] - 1 - corner[a]).min(BRICK as i32).to_float::<Floats<S>>());
         let from = rays.lines.at(s);
         let origin = axes!(a => (from[a] - Doubles::of(corner[a].to_float())).to_floats());
         // From here on t is relative to s: small numbers, small errors. Never before the eye.
-        let near = axes!(a => pace.forward[a].select(zero, size[a]));
-        let far = axes!(a => pace.until_plane(a, pace.forward[a].select(size[a], zero), origin[a], FAR));
+        let near = axes!(a => pace.forward[a].select(first[a], end[a]));
+        let far = axes!(a => pace.until_plane(a, pace.forward[a].select(end[a], first[a]), origin[a], FAR));
         let t_near = axes!(a => -pace.until_plane(a, near[a], origin[a], -FAR));
         let (t_entry, axis) = least(&t_near);
         let through_face = (-t_entry).simd_gt(-s);
         let t = through_face.select(-t_entry, -s);
         let t_out = far[0].min(far[1]).min(far[2]);
         let entry = axes!(a => axis[a] & through_face);
-        let p = axes!(a => entry[a].select(near[a], (origin[a] + t * pace.direction[a]).max(zero).min(size[a])));
-        let mut mask = [0; LANES];
-        let inside = of & t.simd_lt(t_out);
-        let number = rays.number.to_array();
-        for lane in numbers(inside) {
-            mask[lane] = (self.masks.slots()[number[lane] as usize] as usize * WORDS) as i32;
-        }
-        let mask = Ints::load_array(simd, mask);
-        (InBrick { rays: inside, brick, mask, s, origin, t, t_out, t_end: t_out.min(s_max - s), p, entry }, size)
+        let p = axes!(a => entry[a].select(near[a], (origin[a] + t * pace.direction[a]).max(first[a]).min(end[a])));
+        let rays = of & t.simd_lt(t_out);
+        (InBrick { rays, brick, mask, s, origin, t, t_out, t_end: t_out.min(s_max - s), p, entry }, [first, axes!(a => end[a] - 1.0)])
     }
 
     /// Which of the rays of `of` are in cells that can hold the surface.
@@ -402,10 +404,9 @@ impl<'a> Field<'a> {
     /// face between two bricks) the isosurface.
     #[inline(always)]
     pub fn met_at_entry<S: Simd>(&self, simd: S, pace: &Pace<S>, at: &InBrick<S>) -> Met<S> {
-        let last = self.map.dims().map(|n| n as i32 - 1);
         let face = axes!(a => {
-            let outermost = pace.forward[a].select(Ints::splat(simd, 0), Ints::splat(simd, last[a]));
-            at.entry[a] & at.brick[a].simd_eq(outermost)
+            let outermost = pace.forward[a].select(Ints::splat(simd, 0), Ints::splat(simd, self.dims[a] - 1));
+            at.entry[a] & (at.brick[a] * BRICK as i32 + at.p[a].to_int::<Ints<S>>()).simd_eq(outermost)
         });
         Met { face, eye: !(at.entry[0] | at.entry[1] | at.entry[2]) }
     }
