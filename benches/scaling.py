@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""How the time of a frame grows with the scan, the picture and the threads; what a new isovalue, an overlay and memory cost.
+"""How the time of a frame grows with the scan, the picture and the threads; what a new isovalue, shadows, an overlay and memory cost.
 
     python3 -m venv peers && peers/bin/pip install matplotlib
     peers/bin/python benches/scaling.py target/release/bregma 128/a.nrrd:226 256/a.nrrd:226 512/a.nrrd:226 1024/a.nrrd:226 --pair 256/b.nrrd:226 \\
@@ -20,9 +20,9 @@ def run(program, *arguments):
     return json.loads(subprocess.run([program, *arguments], check=True, capture_output=True, text=True).stdout)
 
 
-def bench(program, scans, backend, size=512, threads=2, mode="iso"):
+def bench(program, scans, backend, size=512, threads=2, mode="iso", more=()):
     values = [text for scan in scans for text in ("--iso", scan[1])]
-    options = ["--backend", backend, "--size", str(size), "--threads", str(threads), "--mode", mode, "--frames", "8", "--json"]
+    options = ["--backend", backend, "--size", str(size), "--threads", str(threads), "--mode", mode, "--frames", "8", "--json", *more]
     return run(program, "bench", *(scan[0] for scan in scans), *values, *options)
 
 
@@ -36,8 +36,8 @@ def main():
     scans, pair = ([tuple(text.rsplit(":", 1)) for text in texts] for texts in (args.scans, args.pair))
     name = lambda scan: os.path.join(*scan[0].split(os.sep)[-2:])
 
-    print("| scan | backend | threads | " + " | ".join(f"{size}²" for size in PICTURES) + " | new isovalue, frames | memory beside the samples |")
-    print("|---|---|---|" + "---|" * (len(PICTURES) + 2))
+    print("| scan | backend | threads | " + " | ".join(f"{size}²" for size in PICTURES) + " | new isovalue, frames | with shadows, frames | memory beside the samples |")
+    print("|---|---|---|" + "---|" * (len(PICTURES) + 3))
     curves = {}
     for scan in scans:
         info = run(args.program, "info", scan[0], "--json")
@@ -47,7 +47,8 @@ def main():
             times = [record["median_ms"] for record in records]
             at_512 = records[PICTURES.index(512)]
             fresh, beside = at_512["isovalue_change_ms"] / at_512["median_ms"], at_512["memory_bytes"] / samples - 1
-            row = [name(scan), backend, str(threads), *(f"{time:.1f}" for time in times), f"{fresh:.2f}", f"{100 * beside:.1f} %"]
+            plain, shaded = (bench(args.program, [scan], backend, threads=threads, more=more)["median_ms"] for more in ((), ("--shadows",)))
+            row = [name(scan), backend, str(threads), *(f"{time:.1f}" for time in times), f"{fresh:.2f}", f"{shaded / plain:.2f}", f"{100 * beside:.1f} %"]
             print("| " + " | ".join(row) + " |", flush=True)
             curves.setdefault((backend, threads), []).append((max(info["dims"]), times))
     if pair:

@@ -23,6 +23,7 @@ pub(crate) struct CellMasks {
     masks: Vec<Mask>,
     /// For each mask the box of its cells, see [`box_of`].
     boxes: Vec<u32>,
+    exposed: Vec<u32>,
 }
 
 impl CellMasks {
@@ -43,8 +44,37 @@ impl CellMasks {
             all.par_chunks_mut(CHUNK).zip(occupied.par_chunks(CHUNK)).for_each(masks);
             all
         });
-        let boxes = masks.iter().map(box_of).collect();
-        Self { slots, masks, boxes }
+        let boxes = masks.par_iter().map(box_of).collect();
+        let mut all = Self { slots, masks, boxes, exposed: vec![] };
+        all.exposed = occupied.into_par_iter().filter(|&brick| all.is_exposed(map, dims, brick as usize)).collect();
+        all
+    }
+
+    /// Whether a brick lies at the border, or next to one, across a face, whose box of cells does not fill it.
+    fn is_exposed(&self, map: &DistanceMap, dims: [usize; 3], brick: usize) -> bool {
+        let [bx, by, bz] = map.dims();
+        let at = [brick % bx, brick / bx % by, brick / (bx * by)];
+        let is_filled = |brick: usize, at: [usize; 3]| {
+            let size: [usize; 3] = std::array::from_fn(|a| (dims[a] - 1 - at[a] * BRICK).min(BRICK));
+            map.distances()[brick] == 0 && self.cells(brick as u32) == [[0; 3], size.map(|n| n as u8)]
+        };
+        (0..3).any(|a| {
+            let stride = [1, bx, bx * by][a];
+            let beside = |step: usize| std::array::from_fn(|b| if a == b { at[b] + step - 1 } else { at[b] });
+            at[a] == 0 || at[a] + 1 == [bx, by, bz][a] || !is_filled(brick - stride, beside(0)) || !is_filled(brick + stride, beside(2))
+        })
+    }
+
+    /// The bricks whose boxes of cells a ray from outside can meet first, by number. A ray that meets the surface in another brick came there
+    /// through such a box, and would go on into one.
+    pub fn exposed(&self) -> &[u32] {
+        &self.exposed
+    }
+
+    /// The box that the cells of an occupied brick lie in: the lowest of them, and where they end.
+    pub fn cells(&self, brick: u32) -> [[u8; 3]; 2] {
+        let packed = self.boxes[self.slots[brick as usize] as usize];
+        [0, 12].map(|shift| [0, 4, 8].map(|axis| (packed >> (shift + axis) & 15) as u8))
     }
 
     /// For each brick, i fastest, the number of its mask; 0 where it has none.
@@ -64,7 +94,10 @@ impl CellMasks {
 
     /// Memory that they take.
     pub fn bytes(&self) -> usize {
-        size_of_val(self.slots.as_slice()) + size_of_val(self.masks.as_slice()) + size_of_val(self.boxes.as_slice())
+        size_of_val(self.slots.as_slice())
+            + size_of_val(self.masks.as_slice())
+            + size_of_val(self.boxes.as_slice())
+            + size_of_val(self.exposed.as_slice())
     }
 }
 

@@ -83,8 +83,8 @@ impl Frame {
             FrameLayer {
                 index,
                 level: surface.level as f32,
-                spans: Spans::of(&map, &surface.grid, &scene.camera, base_mm, width, height),
-                light_spans: if scene.shadows { LightSpans::of(&map, &surface.grid, toward_light) } else { LightSpans::default() },
+                spans: Spans::of(&map, &masks, &surface.grid, &scene.camera, base_mm, width, height),
+                light_spans: if scene.shadows { LightSpans::of(&map, &masks, &surface.grid, toward_light) } else { LightSpans::default() },
                 map,
                 masks,
                 rays: based.mapped(&to_index),

@@ -1,7 +1,7 @@
-//! How far toward the light a shadow ray must be followed: to the nearest brick, as the light sees it, that can hold the surface. Most
-//! lit points have none but their own before them.
+//! How far toward the light a shadow ray must be followed: to the nearest cell, as the light sees it, that can hold the surface.
 
 use crate::camera::{Camera, Projection};
+use crate::cell_masks::CellMasks;
 use crate::occupancy::DistanceMap;
 use crate::spans::{BLOCK, Spans};
 use bregma_volume::{BRICK, Grid};
@@ -12,7 +12,7 @@ use glam::{DAffine3, DMat3, DVec3};
 pub(crate) struct LightSpans {
     /// Blocks across and down.
     pub size: [u32; 2],
-    /// Depth in mm, from the light on, at which each block's nearest brick begins, row by row; enormous where it has none.
+    /// Depth in mm, from the light on, at which each block's nearest such cell lies, row by row; enormous where it has none.
     pub near: Vec<f32>,
     /// From index space to the column, the row and the depth.
     pub from_index: DAffine3,
@@ -23,7 +23,7 @@ const DEPTH_MARGIN_VOXEL: f64 = 0.01;
 
 impl LightSpans {
     /// Of a surface whose volume lies in `grid`, seen from where `toward_light` (unit) points.
-    pub fn of(map: &DistanceMap, grid: &Grid, toward_light: DVec3) -> Self {
+    pub fn of(map: &DistanceMap, masks: &CellMasks, grid: &Grid, toward_light: DVec3) -> Self {
         let corners = grid.corners_mm();
         let centre = corners.into_iter().sum::<DVec3>() / 8.0;
         let radius_mm = corners.map(|c| c.distance(centre)).into_iter().fold(0.0, f64::max);
@@ -37,7 +37,7 @@ impl LightSpans {
             up: toward_light.any_orthonormal_vector(),
             projection: Projection::Orthographic { height_mm: f64::from(count) * block_mm },
         };
-        let spans = Spans::of(map, grid, &camera, 0.0, count * BLOCK, count * BLOCK);
+        let spans = Spans::of(map, masks, grid, &camera, 0.0, count * BLOCK, count * BLOCK);
         let basis = camera.basis();
         let to_view = DMat3::from_cols(basis.right / block_mm, -basis.up / block_mm, basis.forward).transpose();
         // A pixel's middle has whole coordinates, and the picture's middle lies between pixels.
@@ -52,11 +52,12 @@ impl LightSpans {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::InstructionSet;
     use crate::stability::Random;
-    use bregma_volume::RangeBricks;
+    use bregma_volume::{RangeBricks, Samples};
 
     #[test]
-    fn no_point_of_an_occupied_brick_lies_nearer_to_the_light_than_its_block_says() {
+    fn no_point_of_a_cell_that_can_hold_the_surface_lies_nearer_to_the_light_than_its_block_says() {
         // Fails if a block or a depth is left out: shadows would have holes.
         let mut random = Random(8);
         let dims = [40, 33, 20];
@@ -64,16 +65,18 @@ mod tests {
         for _ in 0..100 {
             let samples: Vec<u8> = (0..dims.iter().product()).map(|_| u8::from(random.unit() < 0.003)).collect();
             let map = DistanceMap::build(&RangeBricks::build(&samples, dims), 0.5, 1.0);
+            let masks = CellMasks::build(InstructionSet::new(), &Samples::U8(samples), dims, &map, 0.5, 1.0);
             let mut point = || random.point().as_dvec3() - 0.5;
             let shear = DMat3::from_cols(DVec3::X + 0.4 * point(), DVec3::Y * 1.5 + 0.4 * point(), DVec3::Z * 0.3 + 0.4 * point());
             let grid = Grid::from_affine(dims, DAffine3::from_mat3_translation(shear, 30.0 * point())).unwrap();
-            let light = LightSpans::of(&map, &grid, point().normalize());
+            let light = LightSpans::of(&map, &masks, &grid, point().normalize());
             let [bx, by, _] = map.dims();
-            for brick in map.exposed() {
+            for brick in masks.exposed() {
                 let b = *brick as usize;
                 let corner = DVec3::new((b % bx) as f64, (b / bx % by) as f64, (b / (bx * by)) as f64) * BRICK as f64;
+                let [first, end] = masks.cells(*brick).map(|cell| DVec3::from(cell.map(f64::from)));
                 for _ in 0..50 {
-                    let seen = light.from_index.transform_point3(corner + random.point().as_dvec3() * BRICK as f64);
+                    let seen = light.from_index.transform_point3(corner + first + random.point().as_dvec3() * (end - first));
                     let [x, y] = [seen.x, seen.y].map(|v| v.floor() as usize);
                     let near = light.near[y * light.size[0] as usize + x];
                     assert!(seen.z > f64::from(near), "{} before {near}", seen.z);

@@ -8,7 +8,6 @@ use bregma_volume::RangeBricks;
 pub struct DistanceMap {
     dims: [usize; 3],
     distances: Vec<u8>,
-    exposed: Vec<u32>,
 }
 
 impl DistanceMap {
@@ -17,28 +16,12 @@ impl DistanceMap {
     pub fn build(bricks: &RangeBricks, level: f32, sign: f32) -> Self {
         let reaches = |range: &[f32; 2]| sign * (range[usize::from(sign > 0.0)] - level) >= 0.0;
         let occupied: Vec<bool> = bricks.ranges().iter().map(reaches).collect();
-        let mut map = Self { dims: bricks.dims(), distances: distances(bricks.dims(), &occupied), exposed: vec![] };
-        map.exposed = map.occupied().into_iter().filter(|&brick| map.is_exposed(brick as usize)).collect();
-        map
-    }
-
-    /// Whether a brick lies at the border or next to an empty one, across a face.
-    fn is_exposed(&self, brick: usize) -> bool {
-        let strides = [1, self.dims[0], self.dims[0] * self.dims[1]];
-        (0..3).any(|a| {
-            let at = brick / strides[a] % self.dims[a];
-            at == 0 || at + 1 == self.dims[a] || self.distances[brick - strides[a]] > 0 || self.distances[brick + strides[a]] > 0
-        })
+        Self { dims: bricks.dims(), distances: distances(bricks.dims(), &occupied) }
     }
 
     /// The bricks that can hold the surface or lie inside, by number, i fastest.
     pub fn occupied(&self) -> Vec<u32> {
         self.distances.iter().enumerate().filter(|(_, d)| **d == 0).map(|(n, _)| n as u32).collect()
-    }
-
-    /// Those of them that a ray from outside can meet first: at the border or next to an empty brick.
-    pub fn exposed(&self) -> &[u32] {
-        &self.exposed
     }
 
     /// Bricks along i, j and k.
@@ -48,7 +31,7 @@ impl DistanceMap {
 
     /// Memory that it takes.
     pub(crate) fn bytes(&self) -> usize {
-        self.distances.len() + size_of_val(self.exposed.as_slice())
+        self.distances.len()
     }
 
     /// The distances, i fastest.

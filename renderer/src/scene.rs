@@ -140,7 +140,15 @@ impl Scene {
     pub fn of(volumes: &[Arc<Volume>]) -> Self {
         let layers: Vec<Layer> = volumes.iter().enumerate().map(|(i, v)| Layer::new(v, i, volumes.len())).collect();
         let camera = Camera::orbit(&crate::Bounds::of(volumes.iter().map(|v| v.grid())), 0.0, 0.0);
-        Self { layers, camera, mode: Mode::Iso, solver: Solver::Exact, light: Light::default(), shadows: false, background: Some(BACKGROUND) }
+        Self {
+            layers,
+            camera,
+            mode: Mode::Iso,
+            solver: Solver::Exact,
+            light: Light::default(),
+            shadows: false,
+            background: Some(BACKGROUND),
+        }
     }
 
     /// The surfaces of the visible layers with their layer numbers.

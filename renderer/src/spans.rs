@@ -1,7 +1,8 @@
-//! Which part of its depth a picture must be looked at for a surface, block by block: from the nearest to the farthest brick that can hold
-//! it and that the block's pixels can see. Rays begin and end there; blocks without such a brick have no rays at all.
+//! Which part of its depth a picture must be looked at for a surface, block by block: from the nearest to the farthest cell that can hold
+//! it and that the block's pixels can see, brick by brick. Rays begin and end there; blocks without such a brick have no rays at all.
 
 use crate::camera::{Camera, Projection};
+use crate::cell_masks::CellMasks;
 use crate::occupancy::DistanceMap;
 use bregma_volume::{BRICK, Grid};
 use glam::{DAffine3, DMat3, DVec3};
@@ -27,13 +28,13 @@ const CHUNK: usize = 2048;
 
 impl Spans {
     /// The spans of a surface whose volume lies in `grid`, in a picture of `width`×`height` with its base plane at `base_mm`.
-    pub fn of(map: &DistanceMap, grid: &Grid, camera: &Camera, base_mm: f64, width: u32, height: u32) -> Self {
+    pub fn of(map: &DistanceMap, masks: &CellMasks, grid: &Grid, camera: &Camera, base_mm: f64, width: u32, height: u32) -> Self {
         let (across, down) = (width.div_ceil(BLOCK), height.div_ceil(BLOCK));
         let view = View::new(grid, camera, base_mm, width, height);
         let empty = || vec![NOTHING; across as usize * down as usize];
         let add = |mut blocks: Vec<[f32; 2]>, bricks: &[u32]| {
             for &brick in bricks {
-                let (s, x, y) = view.brick(map, brick, across, down);
+                let (s, x, y) = view.cells(map, masks, brick, across, down);
                 for row in y[0]..y[1] {
                     for block in &mut blocks[row * across as usize..][x[0]..x[1]] {
                         *block = [block[0].min(s[0]), block[1].max(s[1])];
@@ -43,8 +44,8 @@ impl Spans {
             blocks
         };
         let join = |a: Vec<[f32; 2]>, b: Vec<[f32; 2]>| a.into_iter().zip(b).map(|(a, b)| [a[0].min(b[0]), a[1].max(b[1])]).collect();
-        // A ray that begins outside the volume meets a brick next to an empty one first. One that begins inside may begin in any.
-        let bricks = if view.begins_inside { map.occupied() } else { map.exposed().to_vec() };
+        // A ray that begins inside the volume may begin in any brick.
+        let bricks = if view.begins_inside { map.occupied() } else { masks.exposed().to_vec() };
         let blocks = bricks.par_chunks(CHUNK).fold(empty, add).reduce(empty, join);
         Self { across, blocks }
     }
@@ -59,8 +60,8 @@ impl Spans {
 struct View {
     /// From index space to the right, up, and into the picture from the eye; mm.
     to_view: DAffine3,
-    /// Half the size of a brick in that space, along its axes.
-    half: DVec3,
+    /// Half the size of a cell in that space, along its axes, for each axis of the grid.
+    half: DMat3,
     perspective: bool,
     /// Pixels for a unit of slope (perspective) or for a mm.
     scale: f64,
@@ -82,7 +83,7 @@ impl View {
         let from_world = DMat3::from_cols(basis.right, basis.up, basis.forward).transpose();
         let to_view = DAffine3::from_mat3_translation(from_world, -(from_world * camera.eye_mm)) * grid.index_to_world();
         let m = to_view.matrix3;
-        let half = (m.x_axis.abs() + m.y_axis.abs() + m.z_axis.abs()) * (BRICK as f64 / 2.0);
+        let half = DMat3::from_cols(m.x_axis.abs() / 2.0, m.y_axis.abs() / 2.0, m.z_axis.abs() / 2.0);
         let middle = [width, height].map(|n| f64::from(n) / 2.0 - 0.5);
         let scale = f64::from(height) / (2.0 * camera.half_height());
         let perspective = matches!(camera.projection, Projection::Perspective { .. });
@@ -90,13 +91,15 @@ impl View {
         Self { to_view, half, perspective, scale, middle, base_mm, begins_inside }
     }
 
-    /// Depths of a brick behind the base plane, and the blocks that may see it: first and last + 1 across and down.
-    fn brick(&self, map: &DistanceMap, brick: u32, across: u32, down: u32) -> ([f32; 2], [usize; 2], [usize; 2]) {
+    /// Depths of a brick's cells behind the base plane, and the blocks that may see them: first and last + 1 across and down.
+    fn cells(&self, map: &DistanceMap, masks: &CellMasks, brick: u32, across: u32, down: u32) -> ([f32; 2], [usize; 2], [usize; 2]) {
         let [nx, ny, _] = map.dims();
         let n = brick as usize;
         let corner = DVec3::new((n % nx) as f64, (n / nx % ny) as f64, (n / (nx * ny)) as f64) * BRICK as f64;
-        let centre = self.to_view.transform_point3(corner + BRICK as f64 / 2.0);
-        let (near, far) = (centre.z - self.half.z, centre.z + self.half.z);
+        let [first, end] = masks.cells(brick).map(|cell| DVec3::from(cell.map(f64::from)));
+        let centre = self.to_view.transform_point3(corner + (first + end) / 2.0);
+        let half = self.half * (end - first);
+        let (near, far) = (centre.z - half.z, centre.z + half.z);
         let margin = DEPTH_MARGIN * far.abs().max(near.abs());
         let s = [(near - margin - self.base_mm) as f32, (far + margin - self.base_mm) as f32];
         // What comes up to the eye may be seen anywhere.
@@ -104,8 +107,8 @@ impl View {
             return (s, [0, across as usize], [0, down as usize]);
         }
         let blocks = |axis: usize, sign: f64, count: u32| {
-            let (low, high) = (centre[axis] - self.half[axis], centre[axis] + self.half[axis]);
-            // The nearer end of a brick reaches farther out.
+            let (low, high) = (centre[axis] - half[axis], centre[axis] + half[axis]);
+            // The nearer end reaches farther out.
             let slope = |v: f64, outward: bool| if self.perspective { v / if outward { near } else { far } } else { v };
             let (low, high) = (slope(low, low < 0.0), slope(high, high > 0.0));
             let (a, b) = (self.middle[axis] + sign * self.scale * low, self.middle[axis] + sign * self.scale * high);
@@ -121,19 +124,23 @@ impl View {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::InstructionSet;
     use crate::stability::Random;
-    use bregma_volume::RangeBricks;
+    use bregma_volume::{RangeBricks, Samples};
 
     #[test]
-    fn every_point_of_an_occupied_brick_lies_in_the_span_of_its_pixel() {
+    fn every_point_of_the_cells_that_can_hold_the_surface_lies_in_the_span_of_its_pixel() {
         // Fails if a projection, a margin or a rounding leaves out a block or a depth: a hole in the picture. Cameras all around, near,
         // far, and inside; parallel and perspective; sheared grids.
         let mut random = Random(5);
         let dims = [40, 33, 20];
         let mut tested = 0;
         for n in 0..200 {
-            let samples: Vec<u8> = (0..dims.iter().product()).map(|_| u8::from(random.unit() < 0.003)).collect();
+            // Mostly empty, or mostly full: then many bricks lie among others whose cells are all occupied.
+            let part = if n % 2 == 0 { 0.003 } else { 0.3 };
+            let samples: Vec<u8> = (0..dims.iter().product()).map(|_| u8::from(random.unit() < part)).collect();
             let map = DistanceMap::build(&RangeBricks::build(&samples, dims), 0.5, 1.0);
+            let masks = CellMasks::build(InstructionSet::new(), &Samples::U8(samples), dims, &map, 0.5, 1.0);
             let mut point = || random.point().as_dvec3() - 0.5;
             let shear = DMat3::from_cols(DVec3::X + 0.4 * point(), DVec3::Y * 1.5 + 0.4 * point(), DVec3::Z + 0.4 * point());
             let grid = Grid::from_affine(dims, DAffine3::from_mat3_translation(shear, 30.0 * point())).unwrap();
@@ -147,24 +154,25 @@ mod tests {
             let camera = Camera { eye_mm: target_mm + distance * point().normalize(), target_mm, up: DVec3::Z, projection };
             let (w, h) = (61, 90);
             let base_mm = if n % 2 == 0 { 0.0 } else { 3.0 };
-            let spans = Spans::of(&map, &grid, &camera, base_mm, w, h);
+            let spans = Spans::of(&map, &masks, &grid, &camera, base_mm, w, h);
             let forward = camera.basis().forward;
             let [bx, by, _] = map.dims();
             for brick in map.occupied() {
                 let b = brick as usize;
                 let corner = DVec3::new((b % bx) as f64, (b / bx % by) as f64, (b / (bx * by)) as f64) * 8.0;
+                let [first, end] = masks.cells(brick).map(|cell| DVec3::from(cell.map(f64::from)));
                 for _ in 0..50 {
-                    let index = corner + random.point().as_dvec3() * 8.0;
+                    let index = corner + first + random.point().as_dvec3() * (end - first);
                     let p = grid.world(bregma_volume::IndexPoint(index));
                     let Some((x, y)) = camera.project(p, w, h) else { continue };
-                    let inside = (-0.5..f64::from(w) - 0.5).contains(&x) && (-0.5..f64::from(h) - 0.5).contains(&y);
+                    // Between the outermost pixels; a block begins at its first pixel and ends at the next block's.
+                    let inside = (0.0..=f64::from(w - 1)).contains(&x) && (0.0..=f64::from(h - 1)).contains(&y);
                     if !inside {
                         continue;
                     }
                     let s = (p.0 - camera.eye_mm).dot(forward) - base_mm;
-                    // The pixels on either side, whose rays pass a brick that this point lies at the rim of.
-                    let [near, far] = spans.at((x.round() as u32).min(w - 1), (y.round() as u32).min(h - 1));
-                    let exposed = map.exposed().contains(&brick);
+                    let [near, far] = spans.at(x as u32, y as u32);
+                    let exposed = masks.exposed().contains(&brick);
                     // A brick among bricks lies behind an exposed one, but not behind the span's far end.
                     assert!(s <= f64::from(far) && (!exposed || s >= f64::from(near)), "{n}: {s} is not within {near}..{far}");
                     tested += 1;

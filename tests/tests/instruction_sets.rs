@@ -33,7 +33,7 @@ fn every_set_of_vector_instructions_draws_the_same_picture_to_the_bit() {
     ];
     let (mut pictures, mut hits) = (0, 0);
     for solver in Solver::ALL.into_iter().filter(|s| s.on_cpu()) {
-        let overlay = Scene { solver, mode: Mode::Overlay, ..skulls.scene.clone() };
+        let overlay = Scene { solver, mode: Mode::Overlay, shadows: true, ..skulls.scene.clone() };
         let mut views = vec![(&skulls.volumes, overlay, 203, 157), (&skulls.volumes, Scene { solver, ..skulls.scene.clone() }, 64, 9)];
         for camera in cameras {
             let mut scene = Scene { solver, camera, ..Scene::of(&rough) };

@@ -2,7 +2,7 @@
 
 use super::same_scans;
 use crate::input::Opened;
-use bregma_renderer::Ray;
+use bregma_renderer::{Ray, Scene};
 
 /// What the person works on.
 #[derive(Clone, Debug)]
@@ -17,10 +17,7 @@ impl Work {
     /// Equal but for the camera.
     fn same(&self, other: &Self) -> bool {
         let (a, b) = (&self.opened, &other.opened);
-        same_scans(&a.volumes, &b.volumes)
-            && (&a.scene.layers, a.scene.mode, a.scene.background, a.scene.solver)
-                == (&b.scene.layers, b.scene.mode, b.scene.background, b.scene.solver)
-            && self.ray == other.ray
+        same_scans(&a.volumes, &b.volumes) && Scene { camera: b.scene.camera, ..a.scene.clone() } == b.scene && self.ray == other.ray
     }
 }
 

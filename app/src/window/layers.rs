@@ -14,6 +14,7 @@ pub fn show(ui: &mut Ui, work: &mut Work) {
         ui.radio_value(&mut scene.mode, Mode::Iso, "Isosurface").on_hover_text("The nearest surface, opaque");
         ui.radio_value(&mut scene.mode, Mode::Overlay, "Overlay")
             .on_hover_text("The nearer volume transparent, the other one opaque behind it: what one has more than the other shows");
+        ui.checkbox(&mut scene.shadows, "Shadows").on_hover_text("Surfaces keep the light from each other");
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let mut background = scene.background.unwrap_or(bregma_renderer::BACKGROUND);
             if color_button(ui, &mut background, "Background colour") {

@@ -235,15 +235,7 @@ impl<'a> Field<'a> {
     }
 
     #[inline(always)]
-    fn walk<S: Simd>(
-        &self,
-        simd: S,
-        method: Method,
-        lines: &Lines<S>,
-        s_min: Floats<S>,
-        s_max: Floats<S>,
-        asked: Mask<S>,
-    ) -> Hits<S> {
+    fn walk<S: Simd>(&self, simd: S, method: Method, lines: &Lines<S>, s_min: Floats<S>, s_max: Floats<S>, asked: Mask<S>) -> Hits<S> {
         let mut hits = Hits::none(simd);
         let bricks = self.map.dims().map(|n| n as i32);
         if bricks.contains(&0) {

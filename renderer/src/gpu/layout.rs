@@ -49,8 +49,11 @@ pub(super) struct TraceParams {
     pub to_light: Pair,
     pub toward_light: [f32; 3],
     pub shadow_start: f32,
+    pub to_light_spans: [[f32; 4]; 3],
+    pub light_spans_origin: [f32; 3],
     pub passes: u32,
-    pub padding: [u32; 3],
+    pub light_blocks: [u32; 2],
+    pub padding: [u32; 2],
 }
 
 /// `Block` of `shaders/blocks.wgsl`.
@@ -152,7 +155,26 @@ mod tests {
             &trace,
             "TraceParams",
             TraceParams,
-            [origin, direction, normal_to_world, dims, level, bricks, sign, pass_number, stride, only_nearest, zero, to_light, toward_light, shadow_start, passes]
+            [
+                origin,
+                direction,
+                normal_to_world,
+                dims,
+                level,
+                bricks,
+                sign,
+                pass_number,
+                stride,
+                only_nearest,
+                zero,
+                to_light,
+                toward_light,
+                shadow_start,
+                to_light_spans,
+                light_spans_origin,
+                passes,
+                light_blocks
+            ]
         );
         same_layout!(&trace, "Double", Pair, [hi, lo]);
         same_layout!(&trace, "Block", Block, [pixel, span]);

@@ -53,8 +53,8 @@ pub(super) fn bound(binding: u32, resource: wgpu::BindingResource<'_>) -> BindGr
 }
 
 /// A texture whose numbers are read one by one.
-fn numbers(view_dimension: TextureViewDimension) -> BindingType {
-    BindingType::StorageTexture { access: StorageTextureAccess::ReadOnly, format: TextureFormat::R32Uint, view_dimension }
+fn numbers(format: TextureFormat, view_dimension: TextureViewDimension) -> BindingType {
+    BindingType::StorageTexture { access: StorageTextureAccess::ReadOnly, format, view_dimension }
 }
 
 pub(super) fn volume_texture(sample_type: TextureSampleType, view_dimension: TextureViewDimension) -> BindingType {
@@ -115,9 +115,9 @@ impl Pipelines {
         let mut entries = vec![
             entry(0, storage(true)),
             entry(1, volume_texture(sample_type, if reads.in_layers { TextureViewDimension::D2Array } else { TextureViewDimension::D3 })),
-            entry(2, numbers(TextureViewDimension::D3)),
+            entry(2, numbers(TextureFormat::Rg32Uint, TextureViewDimension::D3)),
             entry(3, storage(false)),
-            entry(5, numbers(TextureViewDimension::D2)),
+            entry(5, numbers(TextureFormat::R32Uint, TextureViewDimension::D2)),
             entry(6, storage(true)),
         ];
         if solver == Solver::Filter {
@@ -126,7 +126,7 @@ impl Pipelines {
             entries.push(entry(4, BindingType::Sampler(SamplerBindingType::NonFiltering)));
         }
         if parts == Parts::Shadow {
-            entries.push(entry(7, storage(false)));
+            entries.extend([entry(7, storage(false)), entry(8, storage(true))]);
         }
         let name = if parts == Parts::Shadow { "shadow" } else { "trace" };
         let (layout, pipeline) = compile(gpu, name, &trace_source(reads, solver, parts), &entries);
@@ -164,8 +164,8 @@ impl Pipelines {
         } else if volume.reads.in_layers {
             entries.push(bound(4, wgpu::BindingResource::Sampler(&self.nearest)));
         }
-        if let Some(shadows) = shadows {
-            entries.push(bound(7, shadows.as_entire_binding()));
+        if let (Some(shadows), Some(light_spans)) = (shadows, &volume.light_spans) {
+            entries.extend([bound(7, shadows.as_entire_binding()), bound(8, light_spans.as_entire_binding())]);
         }
         gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("trace"), layout: &trace.layout, entries: &entries })
     }

@@ -54,6 +54,8 @@ pub(super) struct VolumeOnGpu {
     pub masks: wgpu::Texture,
     /// The blocks that are drawn, with their spans.
     pub blocks: wgpu::Buffer,
+    /// How far the light sees, in a scene with shadows.
+    pub light_spans: Option<wgpu::Buffer>,
 }
 
 impl GpuRenderer {
@@ -87,7 +89,9 @@ impl GpuRenderer {
             let masks = self.mask_texture(&layer.masks)?;
             let blocks = blocks::of_layer(layer, &pixels);
             let blocks = filled_buffer(&self.gpu, bytemuck::cast_slice(&blocks), wgpu::BufferUsages::STORAGE);
-            volumes.push(VolumeOnGpu { samples, reads, map, masks, blocks });
+            let near = &layer.light_spans.near;
+            let light_spans = scene.shadows.then(|| filled_buffer(&self.gpu, bytemuck::cast_slice(near), wgpu::BufferUsages::STORAGE));
+            volumes.push(VolumeOnGpu { samples, reads, map, masks, blocks, light_spans });
         }
         let pixels_at_once = limits.max_storage_buffer_binding_size / (HIT_BYTES * slots.max(1) as u64);
         let most = (pixels_at_once as usize / BLOCK_PIXELS).min(BATCH);
@@ -109,8 +113,11 @@ impl GpuRenderer {
             to_light: Pair::new(layer.to_light),
             toward_light: frame.toward_light.to_array(),
             shadow_start: frame.shadow_start_mm as f32,
+            to_light_spans: padded_matrix(layer.light_spans.from_index.matrix3.as_mat3()),
+            light_spans_origin: layer.light_spans.from_index.translation.as_vec3().to_array(),
             passes: layers.len() as u32,
-            padding: [0; 3],
+            light_blocks: layer.light_spans.size,
+            padding: [0; 2],
         };
         let view = frame.world_rays.direction;
         let shade = ShadeParams {

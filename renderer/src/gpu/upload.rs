@@ -45,10 +45,13 @@ pub(super) fn upload_as_f32(gpu: &Gpu, volume: &Volume) -> Result<wgpu::Texture,
     upload(gpu, &Shape::of_f32(volume.grid().dims()), bytemuck::cast_slice(&samples))
 }
 
-/// Uploads a distance map with the numbers of the masks above its 8 bits.
+/// Uploads a distance map with the numbers of the masks above its 8 bits, and the boxes of these.
 pub(super) fn upload_map(gpu: &Gpu, map: &DistanceMap, masks: &CellMasks) -> Result<wgpu::Texture, GpuError> {
-    let texels: Vec<u32> = map.distances().iter().zip(masks.slots()).map(|(&distance, slot)| u32::from(distance) | slot << 8).collect();
-    let shape = Shape::of_numbers(map.dims(), TextureDimension::D3);
+    // Where no brick has a mask there is no box either.
+    let cells = |slot: u32| masks.boxes().get(slot as usize).copied().unwrap_or(0);
+    let texel = |(&distance, &slot): (&u8, &u32)| [u32::from(distance) | slot << 8, cells(slot)];
+    let texels: Vec<[u32; 2]> = map.distances().iter().zip(masks.slots()).map(texel).collect();
+    let shape = Shape::of_numbers(map.dims(), TextureDimension::D3, TextureFormat::Rg32Uint);
     upload(gpu, &shape, bytemuck::cast_slice(&texels))
 }
 
@@ -66,7 +69,7 @@ pub(super) fn upload_masks(gpu: &Gpu, masks: &CellMasks) -> Result<wgpu::Texture
     }
     let mut numbers = vec![0_u32; rows * across];
     numbers[..words.len()].copy_from_slice(words);
-    upload(gpu, &Shape::of_numbers([across, rows, 1], TextureDimension::D2), bytemuck::cast_slice(&numbers))
+    upload(gpu, &Shape::of_numbers([across, rows, 1], TextureDimension::D2, TextureFormat::R32Uint), bytemuck::cast_slice(&numbers))
 }
 
 /// What a texture is like; one of two dimensions has a layer for each k.
@@ -83,8 +86,8 @@ impl Shape {
         Self { dims, dimension: TextureDimension::D3, format: TextureFormat::R32Float, usage: TextureUsages::TEXTURE_BINDING }
     }
 
-    fn of_numbers(dims: [usize; 3], dimension: TextureDimension) -> Self {
-        Self { dims, dimension, format: TextureFormat::R32Uint, usage: TextureUsages::STORAGE_BINDING }
+    fn of_numbers(dims: [usize; 3], dimension: TextureDimension, format: TextureFormat) -> Self {
+        Self { dims, dimension, format, usage: TextureUsages::STORAGE_BINDING }
     }
 }
 
