@@ -14,7 +14,7 @@ struct Place {
 fn first_place(pace: Pace, at: InBrick) -> Place {
     let cell = vec3<i32>(floor(at.p));
     let below = !pace.forward & pace.moves & (at.p == vec3<f32>(cell));
-    let first = clamp(cell - select(vec3<i32>(0), vec3<i32>(1), below), vec3<i32>(0), at.size - 1);
+    let first = clamp(cell - select(vec3<i32>(0), vec3<i32>(1), below), at.first, at.end - 1);
     return Place(first, at.t, at.p, filtered(at.corner, at.p), true, false);
 }
 

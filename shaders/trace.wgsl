@@ -23,7 +23,12 @@ struct TraceParams {
     toward_light: vec3<f32>,
     // How far before a surface its shadow rays begin, mm.
     shadow_start: f32,
+    // From index space to the column, the row and the depth of what the light sees.
+    to_light_spans: mat3x3<f32>,
+    light_spans_origin: vec3<f32>,
     passes: u32,
+    // Blocks across and down that the light sees.
+    light_blocks: vec2<u32>,
 }
 
 @group(0) @binding(0) var<storage, read> trace_params: TraceParams;
@@ -35,6 +40,8 @@ var<private> params: TraceParams;
 @group(0) @binding(3) var<storage, read_write> hits: array<vec4<f32>>;
 // For each pixel FIRST_IS_DARK and SECOND_IS_DARK.
 @group(0) @binding(7) var<storage, read_write> shadows: array<u32>;
+// Depth at which each block's nearest brick begins, as the light sees it, row by row.
+@group(0) @binding(8) var<storage, read> light_spans: array<f32>;
 
 @compute @workgroup_size(64)
 fn trace(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) n: u32) {
@@ -77,7 +84,7 @@ fn shadow(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_ind
         if (dark & bit) == 0u && !is_turned_away {
             let seen = line_at(line, hit.w);
             let start = two_sum(seen.hi, seen.lo + params.shadow_start * params.to_light.hi);
-            dark |= select(0u, bit, first_hit(Line(start, params.to_light), 0.0, FAR).met != MISSED);
+            dark |= select(0u, bit, first_hit(Line(start, params.to_light), 0.0, until_light(seen.hi)).met != MISSED);
         }
         if bit == SECOND_IS_DARK || params.only_nearest == 1u {
             break;
@@ -86,6 +93,13 @@ fn shadow(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_ind
         bit = SECOND_IS_DARK;
     }
     shadows[index] = dark;
+}
+
+// How far from a point in index space toward the light a surface can lie, mm.
+fn until_light(p: vec3<f32>) -> f32 {
+    let seen = params.to_light_spans * p + params.light_spans_origin;
+    let block = vec2<u32>(clamp(vec2<i32>(floor(seen.xy)), vec2<i32>(0), vec2<i32>(params.light_blocks) - 1));
+    return seen.z - light_spans[block.y * params.light_blocks.x + block.x];
 }
 
 fn world_normal(hit: Hit, direction: vec3<f32>) -> vec3<f32> {

@@ -2,8 +2,8 @@
 // `solve` of cells.wgsl, filter_cells.wgsl or steps.wgsl.
 // The twin of renderer/src/cpu/walk.rs, which says why each step is as it is.
 
-// For each brick its distance from the surface, and above 8 bits the number of its mask.
-@group(0) @binding(2) var map: texture_storage_3d<r32uint, read>;
+// For each brick its distance from the surface, and above 8 bits the number of its mask; and the box of the cells that this names.
+@group(0) @binding(2) var map: texture_storage_3d<rg32uint, read>;
 // 16 numbers for each mask, side by side, two for each layer of cells: bit x + 8y of a layer is cell (x, y).
 @group(0) @binding(5) var masks: texture_storage_2d<r32uint, read>;
 
@@ -102,9 +102,9 @@ fn first_hit(line: Line, s_min: f32, s_max: f32) -> Hit {
         loop {
             var is_within = true;
             if is_new {
-                let known = textureLoad(map, brick).r;
-                distance = i32(known & 0xffu);
-                at = enter_brick(pace, brick, known >> 8u, s, p, s_max);
+                let known = textureLoad(map, brick).rg;
+                distance = i32(known.x & 0xffu);
+                at = enter_brick(pace, brick, known.x >> 8u, known.y, s, p, s_max);
                 is_within = distance == 0 && at.t < at.t_out;
                 if is_within {
                     place = first_place(pace, at);
@@ -165,31 +165,31 @@ fn clip_to_box(line: Line, pace: Pace, s_min: f32, s_max: f32) -> vec2<f32> {
 
 // A ray in a brick. Positions are relative to its corner, t to s.
 struct InBrick {
-    brick: vec3<i32>,
     // First number of its mask.
     mask: vec2<i32>,
     // First sample of the brick.
     corner: vec3<i32>,
-    // Cells along each side.
-    size: vec3<i32>,
+    // The box of the cells that can hold the surface: its lowest cell, and where it ends.
+    first: vec3<i32>,
+    end: vec3<i32>,
     // Depth behind the base plane where t is 0, mm.
     s: f32,
     // Position where t is 0.
     origin: vec3<f32>,
-    // Where the ray enters and leaves.
+    // Where the ray enters and leaves it.
     t: f32,
     t_out: f32,
     // Where it leaves or nothing more is asked for.
     t_end: f32,
-    // Position where it enters; exact on the axis that it enters along.
+    // Position where it enters that box; exact on the axis that it enters along.
     p: vec3<f32>,
     entry: vec3<bool>,
 }
 
-// Whether a ray that comes to a cell at t has left the brick, or what is asked for. The last cell's exit is the brick's: the same number,
+// Whether a ray that comes to a cell at t has left the box, or what is asked for. The last cell's exit is the box's: the same number,
 // unless a driver rounds it otherwise there than here.
 fn has_left(at: InBrick, cell: vec3<i32>, t: f32) -> bool {
-    return !(t < at.t_end) || any(cell < vec3<i32>(0)) || any(cell >= at.size);
+    return !(t < at.t_end) || any(cell < at.first) || any(cell >= at.end);
 }
 
 // Whether a cell of the brick can hold the surface.
@@ -198,23 +198,25 @@ fn may_hold(at: InBrick, cell: vec3<i32>) -> bool {
     return ((word >> u32((cell.y & 3) * 8 + cell.x)) & 1u) == 1u;
 }
 
-// Where the ray is within a brick, when it is at `position` at s, at or near its entry; it misses it when t is not below t_out.
-fn enter_brick(pace: Pace, brick: vec3<i32>, slot: u32, s: f32, position: Double, s_max: f32) -> InBrick {
+// Where the ray enters the box of `cells` that can hold the surface, in a brick at or near whose entry it is at `position` at s; it misses
+// them when t is not below t_out.
+fn enter_brick(pace: Pace, brick: vec3<i32>, slot: u32, cells: u32, s: f32, position: Double, s_max: f32) -> InBrick {
     let mask = vec2<i32>(vec2<u32>(slot % MASKS_ACROSS * 16u, slot / MASKS_ACROSS));
     let corner = brick * BRICK;
-    let size = min(params.dims - 1 - corner, vec3<i32>(BRICK));
+    let first = vec3<i32>((vec3<u32>(cells) >> vec3<u32>(0u, 4u, 8u)) & vec3<u32>(15u));
+    let end = vec3<i32>((vec3<u32>(cells) >> vec3<u32>(12u, 16u, 20u)) & vec3<u32>(15u));
     let origin = relative_to(position, vec3<f32>(corner));
     // From here on t is relative to s: small numbers, small errors. Never before the eye.
-    let near = vec3<f32>(select(size, vec3<i32>(0), pace.forward));
-    let far = vec3<f32>(select(vec3<i32>(0), size, pace.forward));
+    let near = vec3<f32>(select(end, first, pace.forward));
+    let far = vec3<f32>(select(first, end, pace.forward));
     let t_near = to_planes(pace, near, origin, -FAR);
     let t_entry = greatest(t_near);
     let from_eye = t_entry <= -s;
     let entry = axis_of(t_near, t_entry) & vec3<bool>(!from_eye);
     let t = max(-s, t_entry);
     let t_out = least(to_planes(pace, far, origin, FAR));
-    let p = select(clamp(origin + t * pace.direction, vec3<f32>(0.0), vec3<f32>(size)), near, entry);
-    return InBrick(brick, mask, corner, size, s, origin, t, t_out, min(t_out, s_max - s), p, entry);
+    let p = select(clamp(origin + t * pace.direction, vec3<f32>(first), vec3<f32>(end)), near, entry);
+    return InBrick(mask, corner, first, end, s, origin, t, t_out, min(t_out, s_max - s), p, entry);
 }
 
 // What a ray meets that is inside where it enters a brick.
@@ -222,8 +224,8 @@ fn met_at_entry(pace: Pace, at: InBrick) -> u32 {
     if !any(at.entry) {
         return MET_EYE;
     }
-    let outermost = select(params.bricks - 1, vec3<i32>(0), pace.forward);
-    return select(MET_ISOSURFACE, MET_FACE, any(at.entry & (at.brick == outermost)));
+    let outermost = select(params.dims - 1, vec3<i32>(0), pace.forward);
+    return select(MET_ISOSURFACE, MET_FACE, any(at.entry & (at.corner + vec3<i32>(at.p) == outermost)));
 }
 
 // Gradient at a point of a cell, in index space and pointing inward: central differences of samples, one-sided at the grid's border,

@@ -16,7 +16,7 @@ pub fn table(d: &DifferenceRay) -> String {
             bregma_volume::Unit::Hounsfield => " HU",
             bregma_volume::Unit::Value => "",
         };
-        line(format_args!("\n{}, isovalue {}{unit}, errors for ± {:.1}{unit}", v.name, v.iso, v.iso_tolerance));
+        line(format_args!("\n{}, isovalue {} ± {:.1}{unit}; 95 % of lengths lie within their ± mm", v.name, v.iso, v.iso_tolerance));
         let Some([first, last]) = v.box_mm else {
             line(format_args!("  the ray misses this scan"));
             continue;
@@ -25,7 +25,7 @@ pub fn table(d: &DifferenceRay) -> String {
         if v.segments.is_empty() {
             line(format_args!("  no bone"));
         } else {
-            line(format_args!("  {:>4} {:>10} {:>10} {:>10} {:>9}", "bone", "from mm", "to mm", "length mm", "± mm"));
+            line(format_args!("  {HEAD}"));
         }
         for (n, s) in v.segments.iter().enumerate() {
             line(format_args!("  {}", row(n, s)));
@@ -41,8 +41,7 @@ pub fn table(d: &DifferenceRay) -> String {
 
 /// A table for people of the bone segments of many rays, numbered from 1 in their order.
 pub fn table_of_rays(rays: &[DifferenceRay]) -> String {
-    let mut out =
-        format!("{:>6} {:<24} {:>4} {:>10} {:>10} {:>10} {:>9}\n", "ray", "volume", "bone", "from mm", "to mm", "length mm", "± mm");
+    let mut out = format!("{:>6} {:<24} {HEAD}\n", "ray", "volume");
     for (r, d) in rays.iter().enumerate() {
         for v in &d.volumes {
             for (n, s) in v.segments.iter().enumerate() {
@@ -54,9 +53,15 @@ pub fn table_of_rays(rays: &[DifferenceRay]) -> String {
     out
 }
 
-/// Segment `n`, counted from 0: number, from, to, length, error and what must be known about it.
+/// The columns of [`row`].
+const HEAD: &str = "bone    from mm      to mm  length mm      ± mm  half-max mm  oblique °";
+
+/// Segment `n`, counted from 0.
 fn row(n: usize, s: &Segment) -> String {
-    format!("{:>4} {:>10.3} {:>10.3} {:>10.3} {:>9.3}{}", n + 1, s.from_mm, s.to_mm, s.length_mm, s.error_mm, flags(s))
+    let half_maximum = s.half_maximum_mm.map_or("–".to_owned(), |mm| format!("{mm:.3}"));
+    let oblique_deg = s.obliquity_deg[0].max(s.obliquity_deg[1]);
+    let numbers = format!("{:>4} {:>10.3} {:>10.3} {:>10.3} {:>9.3}", n + 1, s.from_mm, s.to_mm, s.length_mm, s.uncertainty.error_mm);
+    format!("{numbers} {half_maximum:>12} {oblique_deg:>10.0}{}", flags(s))
 }
 
 /// What a reader must know about a segment before using its length.
@@ -68,7 +73,7 @@ pub fn flags(s: &Segment) -> String {
 }
 
 /// The columns of [`csv_rows`].
-pub const CSV_HEADER: &str = "ray,volume,segment,iso,from_mm,to_mm,length_mm,error_mm,root_error_mm,threshold_error_mm,iso_tolerance,clipped,from_origin,below_resolution";
+pub const CSV_HEADER: &str = "ray,volume,segment,iso,from_mm,to_mm,length_mm,error_mm,root_error_mm,threshold_error_mm,noise_error_mm,sampling_error_mm,blur_error_mm,registration_error_mm,obliquity_from_deg,obliquity_to_deg,half_maximum_mm,resolution_mm,iso_tolerance,clipped,from_origin,below_resolution";
 
 /// One row for each bone segment of the ray with number `ray`.
 pub fn csv_rows(ray: usize, d: &DifferenceRay) -> String {
@@ -76,17 +81,26 @@ pub fn csv_rows(ray: usize, d: &DifferenceRay) -> String {
     let mut out = String::new();
     for v in &d.volumes {
         for (n, s) in v.segments.iter().enumerate() {
+            let u = s.uncertainty;
             let row = format!(
-                "{ray},{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
+                "{ray},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
                 quoted(&v.name),
                 n + 1,
                 v.iso,
                 s.from_mm,
                 s.to_mm,
                 s.length_mm,
-                s.error_mm,
-                s.root_error_mm,
-                s.threshold_error_mm,
+                u.error_mm,
+                u.root_error_mm,
+                u.threshold_error_mm,
+                u.noise_error_mm,
+                u.sampling_error_mm,
+                u.blur_error_mm,
+                u.registration_error_mm,
+                s.obliquity_deg[0],
+                s.obliquity_deg[1],
+                s.half_maximum_mm.map_or(String::new(), |mm| mm.to_string()),
+                s.resolution_mm,
                 v.iso_tolerance,
                 s.clipped,
                 s.from_origin,
@@ -140,7 +154,7 @@ fn markup_line(d: &DifferenceRay, label: &str, s: &Segment) -> Value {
         "controlPoints": [point(1, s.from_mm), point(2, s.to_mm)],
         "measurements": [
             { "name": "length", "enabled": true, "value": s.length_mm, "units": "mm", "printFormat": "%-#4.4g%s" },
-            { "name": "length error", "enabled": true, "value": s.error_mm, "units": "mm", "printFormat": "%-#4.4g%s" },
+            { "name": "length error (95 %)", "enabled": true, "value": s.uncertainty.error_mm, "units": "mm", "printFormat": "%-#4.4g%s" },
         ],
     })
 }

@@ -1,6 +1,8 @@
 //! The difference ray: one ray through every volume, its crossings, its bone segments with their lengths and errors, and the
 //! ledger of who is inside where.
 
+use crate::edge::{Edge, spacing_along_mm};
+use crate::uncertainty::{self, End, Uncertainty};
 use bregma_renderer::reference::{self, Crossing, Kind};
 use bregma_renderer::{Layer, Ray, Surface};
 use bregma_volume::{GridError, Unit, Volume};
@@ -79,17 +81,20 @@ pub struct Segment {
     pub to_mm: f64,
     /// Its length.
     pub length_mm: f64,
-    /// Root brackets of both ends.
-    pub root_error_mm: f64,
-    /// Threshold errors of both ends, added, as one isovalue moves both.
-    pub threshold_error_mm: f64,
-    /// All named parts together.
-    pub error_mm: f64,
+    /// How far that may be from the truth.
+    #[serde(flatten)]
+    pub uncertainty: Uncertainty,
+    /// Angle between the ray and the normal at each end, degrees: at 60 a wall is measured at twice its thickness.
+    pub obliquity_deg: [f64; 2],
+    /// Its length between the places where the value is halfway between the plateaus beside each end; null where the scan shows none.
+    pub half_maximum_mm: Option<f64>,
+    /// The thinnest wall that this scan can show here, along the ray.
+    pub resolution_mm: f64,
     /// It begins or ends at a face of the volume.
     pub clipped: bool,
     /// It begins at the ray's origin, which lies in bone.
     pub from_origin: bool,
-    /// Thinner than two sample distances along the ray: a threshold cannot measure it.
+    /// Thinner than the resolution: a threshold cannot measure it.
     pub below_resolution: bool,
 }
 
@@ -123,7 +128,7 @@ pub fn iso_tolerance(volume: &Volume) -> f64 {
 pub fn probe(volumes: &[Arc<Volume>], layers: &[Layer], ray: &Ray) -> Result<DifferenceRay, GridError> {
     let records = volumes.iter().zip(layers).filter(|(_, layer)| layer.visible).map(|(volume, layer)| {
         let surface = Surface::new(volume, layer.iso, layer.transform)?;
-        Ok(record(&surface, layer.iso, ray))
+        Ok(record(&surface, layer, ray))
     });
     let volumes = unique_names(records.collect::<Result<Vec<_>, GridError>>()?);
     let ledger = ledger(&volumes);
@@ -141,21 +146,18 @@ fn unique_names(mut volumes: Vec<VolumeRecord>) -> Vec<VolumeRecord> {
     volumes
 }
 
-fn record(surface: &Surface, iso: f64, ray: &Ray) -> VolumeRecord {
+fn record(surface: &Surface, layer: &Layer, ray: &Ray) -> VolumeRecord {
     let volume = &surface.volume;
     let iso_tolerance = iso_tolerance(volume);
-    let crossings: Vec<CrossingRecord> =
-        reference::crossings(surface, ray).iter().map(|c| crossing_record(surface, iso_tolerance, c)).collect();
-    // One step of t in samples: two samples must fit in a wall for a threshold to see both its sides.
-    let samples_per_mm = surface.grid.world_to_index().transform_vector3(ray.direction).length();
+    let crossings = reference::crossings(surface, ray);
     VolumeRecord {
         name: volume.name().to_owned(),
-        iso,
+        iso: layer.iso,
         unit: volume.unit(),
         iso_tolerance,
         box_mm: reference::box_span(surface, ray).map(|s| s.t_mm),
-        segments: segments(&crossings, 2.0 / samples_per_mm),
-        crossings,
+        segments: segments(surface, layer, ray, &crossings, iso_tolerance),
+        crossings: crossings.iter().map(|c| crossing_record(surface, iso_tolerance, c)).collect(),
     }
 }
 
@@ -174,27 +176,57 @@ fn crossing_record(surface: &Surface, iso_tolerance: f64, crossing: &Crossing) -
     }
 }
 
-fn segments(crossings: &[CrossingRecord], resolved_mm: f64) -> Vec<Segment> {
+/// Samples beyond the middle of a wall, or of a gap, belong to the next boundary; but those of this voxel always belong to this one.
+const LEAST_REACH_VOXEL: f64 = 0.75;
+
+fn segments(surface: &Surface, layer: &Layer, ray: &Ray, crossings: &[Crossing], tolerance: f64) -> Vec<Segment> {
     // Entries and exits alternate, beginning with an entry (`reference::crossings`).
-    let ends: Vec<&CrossingRecord> = crossings.iter().filter(|c| c.kind != Kind::Touch).collect();
-    let segment = |pair: &[&CrossingRecord]| {
-        let [enter, exit] = [pair[0], pair[1]];
-        let length_mm = exit.t_mm - enter.t_mm;
-        let root_error_mm = enter.error_mm + exit.error_mm;
-        let threshold_error_mm = enter.threshold_error_mm + exit.threshold_error_mm;
+    let ends: Vec<&Crossing> = crossings.iter().filter(|c| c.kind != Kind::Touch).collect();
+    let end = |n: usize| {
+        let crossing = ends[n];
+        let cut = crossing.clipped || crossing.at_origin;
+        let beside = |other: Option<&&Crossing>| {
+            let cosine = crossing.normal.dot(ray.direction).abs();
+            let half_mm = other.map_or(f64::INFINITY, |other| 0.5 * cosine * (other.t_mm - crossing.t_mm).abs());
+            half_mm.max(LEAST_REACH_VOXEL * spacing_along_mm(surface, crossing.normal))
+        };
+        // The bone lies behind an entry, and before an exit.
+        let (wall, gap) =
+            if n % 2 == 0 { (ends.get(n + 1), n.checked_sub(1).and_then(|n| ends.get(n))) } else { (ends.get(n - 1), ends.get(n + 1)) };
+        let edge = || Edge::at(surface, reference::world(surface, crossing).0, crossing.normal, beside(wall), beside(gap));
+        End { crossing, edge: if cut { None } else { edge() } }
+    };
+    let segment = |n: usize| {
+        let [enter, exit] = [end(2 * n), end(2 * n + 1)];
+        let length_mm = exit.crossing.t_mm - enter.crossing.t_mm;
+        let obliquity_deg = [enter, exit].map(|end| end.obliquity_deg(ray));
+        let cosine = obliquity_deg[0].max(obliquity_deg[1]).to_radians().cos();
+        let resolution_mm = enter.resolution_mm(surface).max(exit.resolution_mm(surface)) / cosine.max(f64::EPSILON);
         Segment {
-            from_mm: enter.t_mm,
-            to_mm: exit.t_mm,
+            from_mm: enter.crossing.t_mm,
+            to_mm: exit.crossing.t_mm,
             length_mm,
-            root_error_mm,
-            threshold_error_mm,
-            error_mm: root_error_mm + threshold_error_mm,
-            clipped: enter.clipped || exit.clipped,
-            from_origin: enter.at_origin,
-            below_resolution: length_mm < resolved_mm,
+            uncertainty: uncertainty::of_length(surface, layer.iso, tolerance, ray, [enter, exit], layer.residual_mm),
+            obliquity_deg,
+            half_maximum_mm: half_maximum_mm(surface, ray, [enter, exit]),
+            resolution_mm,
+            clipped: enter.crossing.clipped || exit.crossing.clipped,
+            from_origin: enter.crossing.at_origin,
+            below_resolution: length_mm < resolution_mm,
         }
     };
-    ends.chunks_exact(2).map(segment).collect()
+    (0..ends.len() / 2).map(segment).collect()
+}
+
+/// The length between the half-maximum boundaries: at each end the crossing of that end's own middle that is nearest to it.
+fn half_maximum_mm(surface: &Surface, ray: &Ray, ends: [End<'_>; 2]) -> Option<f64> {
+    let at = |end: &End<'_>| {
+        let level = surface.volume.sample_of(end.edge?.middle());
+        let crossings = reference::crossings(&Surface { level, ..surface.clone() }, ray);
+        let same = crossings.iter().filter(|c| c.kind == end.crossing.kind && !c.clipped && !c.at_origin);
+        same.map(|c| c.t_mm).min_by(|a, b| (a - end.crossing.t_mm).abs().total_cmp(&(b - end.crossing.t_mm).abs()))
+    };
+    Some(at(&ends[1])? - at(&ends[0])?).filter(|length_mm| *length_mm > 0.0)
 }
 
 /// Cuts the union of the boxes wherever a box or a segment begins or ends.

@@ -49,6 +49,9 @@ pub struct Layer {
     pub visible: bool,
     /// Registration: moves the volume in the world (mm to mm), after its own grid.
     pub transform: DAffine3,
+    /// Root mean square distance that the registration leaves between landmarks, mm, where it is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub residual_mm: Option<f64>,
 }
 
 /// Bone ivory, then cyan and magenta, so that the first two volumes of a comparison are told apart by anyone.
@@ -59,7 +62,14 @@ impl Layer {
     pub fn new(volume: &Volume, index: usize, count: usize) -> Self {
         // One skull looks best as bone; in company A is cyan and B is magenta.
         let color = if count == 1 { 0 } else { 1 + index % (COLORS.len() - 1) };
-        Self { iso: volume.default_isovalue().0, color: Color(COLORS[color]), opacity: 0.45, visible: true, transform: DAffine3::IDENTITY }
+        Self {
+            iso: volume.default_isovalue().0,
+            color: Color(COLORS[color]),
+            opacity: 0.45,
+            visible: true,
+            transform: DAffine3::IDENTITY,
+            residual_mm: None,
+        }
     }
 }
 

@@ -99,7 +99,11 @@ fn thickness_through_the_shell_is_the_interpolants_and_within_the_stated_error_o
             if truth.len() == found.segments.len() {
                 for (segment, [a, b]) in found.segments.iter().zip(truth) {
                     let off = (segment.length_mm - (b - a)).abs();
-                    assert!(off <= segment.error_mm, "{name}: {off} mm off, ± {} mm stated: {ray:?}", segment.error_mm);
+                    assert!(
+                        off <= segment.uncertainty.error_mm,
+                        "{name}: {off} mm off, ± {} mm stated: {ray:?}",
+                        segment.uncertainty.error_mm
+                    );
                     worst_sphere = worst_sphere.max(off);
                 }
             }
@@ -243,7 +247,7 @@ fn a_flat_triple_root_is_a_wall_with_its_error() {
     let half = 0.75_f64.sqrt();
     assert_eq!(found.segments.len(), 1, "{found:#?}");
     assert!((found.segments[0].length_mm - half).abs() < 1e-4, "{found:#?}");
-    let error = found.segments[0].root_error_mm;
+    let error = found.segments[0].uncertainty.root_error_mm;
     assert!(error > 1e-7 && error < 1e-3, "{error}");
 }
 

@@ -2,7 +2,7 @@
 
 use super::bars;
 use super::cast::Found;
-use bregma_measure::{LedgerEntry, VolumeRecord, export};
+use bregma_measure::{LedgerEntry, Uncertainty, VolumeRecord, export};
 use bregma_volume::Unit;
 use egui::{Align, Color32, Grid, Layout, RichText, ScrollArea, Ui};
 
@@ -65,16 +65,21 @@ fn segments(ui: &mut Ui, volume: &VolumeRecord, color: Color32) {
         for head in ["bone", "from mm", "to mm", "length mm"] {
             right(ui, RichText::new(head).weak());
         }
-        let tolerance =
-            format!("Root bracket, plus the shift of both ends when the isovalue changes by ± {:.1}{unit}", volume.iso_tolerance);
-        ui.weak("± mm").on_hover_text(tolerance);
+        ui.weak("± mm").on_hover_text("95 of 100 true lengths lie within this of the length; point at a number to see its parts");
+        ui.weak("half-max").on_hover_text("Length between the places where the value is halfway between bone and what lies beside it, mm");
+        ui.weak("oblique").on_hover_text("Angle between the ray and the bone's normal, the larger of both ends");
         ui.end_row();
         for (n, s) in volume.segments.iter().enumerate() {
             right(ui, RichText::new(format!("{}", n + 1)));
             right(ui, RichText::new(format!("{:.2}", s.from_mm)));
             right(ui, RichText::new(format!("{:.2}", s.to_mm)));
             right(ui, RichText::new(format!("{:.2}", s.length_mm)).strong());
-            right(ui, RichText::new(format!("{:.2}", s.error_mm)));
+            let parts = parts(&s.uncertainty, volume.iso_tolerance, unit);
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                ui.label(format!("{:.2}", s.uncertainty.error_mm)).on_hover_text(parts);
+            });
+            right(ui, RichText::new(s.half_maximum_mm.map_or("–".to_owned(), |mm| format!("{mm:.2}"))));
+            right(ui, RichText::new(format!("{:.0}°", s.obliquity_deg[0].max(s.obliquity_deg[1]))));
             let flags = [
                 (s.clipped, "cut by edge", "It begins or ends at a face of the scan: the bone may go on"),
                 (s.below_resolution, "below resolution", "Thinner than the scan resolves: a threshold cannot measure it"),
@@ -85,6 +90,14 @@ fn segments(ui: &mut Ui, volume: &VolumeRecord, color: Color32) {
             ui.end_row();
         }
     });
+}
+
+/// What a length's uncertainty consists of.
+fn parts(u: &Uncertainty, tolerance: f64, unit: &str) -> String {
+    format!(
+        "isovalue ± {tolerance:.1}{unit}: {:.3} mm\nnoise: {:.3} mm\nbetween samples: {:.3} mm\nregistration: {:.3} mm\nroots: {:.1e} mm\n(as squares) and blur: {:.3} mm\ntogether: {:.3} mm",
+        u.threshold_error_mm, u.noise_error_mm, u.sampling_error_mm, u.registration_error_mm, u.root_error_mm, u.blur_error_mm, u.error_mm
+    )
 }
 
 fn ledger(ui: &mut Ui, found: &Found) {

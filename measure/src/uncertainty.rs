@@ -1,0 +1,205 @@
+//! How far a length may be from the truth: named parts, each half the width of an interval that holds it in 95 of 100 cases, and their total.
+//!
+//! Parts that vary at random are added as squares; what blur does is a shift of known size that is left uncorrected, and is added to that as
+//! it is (JCGM 100:2008, "Guide to the expression of uncertainty in measurement", 5.1.2 and F.2.4.5).
+
+use crate::edge::{Edge, spacing_along_mm};
+use bregma_renderer::reference::Crossing;
+use bregma_renderer::{Ray, Surface};
+use glam::DVec3;
+use serde::Serialize;
+use std::f64::consts::PI;
+
+/// The uncertainty of a length, mm.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Uncertainty {
+    /// Brackets of the two roots.
+    pub root_error_mm: f64,
+    /// The isovalue may be another by its tolerance; it moves both ends at once. Infinite (null in JSON) where the value does not change
+    /// along the ray.
+    pub threshold_error_mm: f64,
+    /// Noise of the samples around both ends.
+    pub noise_error_mm: f64,
+    /// Between samples the scan is not what interpolation makes of it: as far as an edge of this blur, seen along this ray, is off on
+    /// average over all places that it may have between the samples.
+    pub sampling_error_mm: f64,
+    /// Shift of both ends by blur: toward the hollow side of a curved boundary, and into a wall whose other side is near.
+    pub blur_error_mm: f64,
+    /// Residual of the volume's registration, where it is known: as far as moving the ray sideways by it changes the length.
+    pub registration_error_mm: f64,
+    /// Total.
+    pub error_mm: f64,
+}
+
+/// An interval of so many standard deviations holds 95 of 100 values.
+const IN_95_OF_100: f64 = 1.96;
+
+/// One end of a length.
+#[derive(Clone, Copy, Debug)]
+pub struct End<'a> {
+    /// Where it is.
+    pub crossing: &'a Crossing,
+    /// What the scan shows of the boundary there; `None` at a cut, or where it shows none.
+    pub edge: Option<Edge>,
+}
+
+impl End<'_> {
+    /// A boundary of bone, and not a cut of the scan or of the ray.
+    fn is_boundary(&self) -> bool {
+        !(self.crossing.clipped || self.crossing.at_origin)
+    }
+
+    /// Outward unit normal.
+    pub fn normal(&self) -> DVec3 {
+        self.edge.map_or(self.crossing.normal, |edge| edge.normal)
+    }
+
+    /// Angle between the ray and the normal, degrees, 0 to 90.
+    pub fn obliquity_deg(&self, ray: &Ray) -> f64 {
+        self.cosine(ray).acos().to_degrees()
+    }
+
+    fn cosine(&self, ray: &Ray) -> f64 {
+        self.normal().dot(ray.direction).abs().min(1.0)
+    }
+
+    /// The thinnest wall that can be measured, across it, mm: the width of the blur, or one and a half samples. Thinner ones never show their
+    /// value, and may lie between the samples.
+    pub fn resolution_mm(&self, surface: &Surface) -> f64 {
+        let samples_mm = LEAST_SAMPLES_ACROSS * spacing_along_mm(surface, self.normal());
+        self.edge.map_or(samples_mm, |edge| edge.blur_width_mm().max(samples_mm))
+    }
+
+    /// Change of the value along the ray per mm.
+    fn slope(&self, surface: &Surface, iso: f64, ray: &Ray) -> f64 {
+        let of_interpolant = (self.crossing.slope_per_mm * surface.volume.slope()).abs();
+        self.edge.map_or(of_interpolant, |edge| {
+            let z = edge.deviations_at(iso);
+            (edge.inside - edge.outside).abs() * (-0.5 * z * z).exp() / ((2.0 * PI).sqrt() * edge.blur_mm) * self.cosine(ray)
+        })
+    }
+
+    /// How far blur moves the end into the bone, across the wall, mm: a curved boundary of blur σ and curvatures κ by σ²(κ₁ + κ₂)/2 (the mean
+    /// of a Gaussian over a ball's rim, to second order), and one with another boundary `wall_mm` behind it by what that takes from its value.
+    fn shift_mm(&self, wall_mm: f64) -> f64 {
+        self.edge.map_or(0.0, |edge| {
+            let other = (2.0 * PI).sqrt() * edge.blur_mm * 0.5 * libm::erfc(wall_mm / (edge.blur_mm * 2.0_f64.sqrt()));
+            edge.blur_mm.powi(2) * edge.curvature / 2.0 + other
+        })
+    }
+}
+
+/// See [`End::resolution_mm`].
+const LEAST_SAMPLES_ACROSS: f64 = 1.5;
+
+impl Edge {
+    /// Where the model has a value: deviations of its blur outward from the boundary. Values beyond its plateaus count as nearly there.
+    fn deviations_at(&self, value: f64) -> f64 {
+        let part = ((value - self.outside) / (self.inside - self.outside)).clamp(0.02, 0.98);
+        // Bisection: the part inside falls from 1 to 0.
+        let (mut low, mut high) = (-3.0, 3.0);
+        for _ in 0..40 {
+            let middle = 0.5 * (low + high);
+            if (self.value(middle * self.blur_mm) - self.outside) / (self.inside - self.outside) > part {
+                low = middle
+            } else {
+                high = middle
+            }
+        }
+        0.5 * (low + high)
+    }
+}
+
+/// The uncertainty of the stretch between two ends of `surface` along `ray`, at the isovalue `iso` with its `tolerance` (values), whose volume
+/// is registered with a residual of `residual_mm` (root mean square over landmarks), where that is known.
+pub fn of_length(surface: &Surface, iso: f64, tolerance: f64, ray: &Ray, ends: [End<'_>; 2], residual_mm: Option<f64>) -> Uncertainty {
+    let length_mm = ends[1].crossing.t_mm - ends[0].crossing.t_mm;
+    let wall_mm = length_mm * ends[0].cosine(ray).min(ends[1].cosine(ray));
+    let boundaries = || ends.iter().filter(|end| end.is_boundary());
+    let root_error_mm = ends.iter().map(|end| end.crossing.error_mm).sum();
+    let threshold_error_mm = boundaries().map(|end| tolerance / end.slope(surface, iso, ray)).sum();
+    let noise = boundaries().map(|end| end.edge.map_or(0.0, |e| noise_mm(end, e, surface, iso, ray)).powi(2)).sum::<f64>().sqrt();
+    let sampling = boundaries().map(|end| sampling_mm(end, surface, iso, ray).powi(2)).sum::<f64>().sqrt();
+    let blur = boundaries().map(|end| end.shift_mm(wall_mm) / end.cosine(ray)).sum::<f64>().abs();
+    let [n0, n1] = ends.map(|end| end.normal() / end.normal().dot(ray.direction));
+    // A third of the residual's square lies along any one direction.
+    let registration = residual_mm.map_or(0.0, |r| (n0 - n1).length() * r / 3.0_f64.sqrt());
+    let (noise_error_mm, sampling_error_mm) = (IN_95_OF_100 * noise, IN_95_OF_100 * sampling);
+    let registration_error_mm = IN_95_OF_100 * registration;
+    let squares = [root_error_mm, threshold_error_mm, noise_error_mm, sampling_error_mm, registration_error_mm].map(|part| part * part);
+    Uncertainty {
+        root_error_mm,
+        threshold_error_mm,
+        noise_error_mm,
+        sampling_error_mm,
+        blur_error_mm: blur,
+        registration_error_mm,
+        error_mm: squares.iter().sum::<f64>().sqrt() + blur,
+    }
+}
+
+/// Standard deviation of an end along the ray by the samples' noise.
+fn noise_mm(end: &End<'_>, edge: Edge, surface: &Surface, iso: f64, ray: &Ray) -> f64 {
+    // Interpolation averages eight samples with these weights.
+    let local = end.crossing.point.0 - end.crossing.cell.as_dvec3();
+    let weight: f64 = local.to_array().map(|u| u * u + (1.0 - u) * (1.0 - u)).iter().product::<f64>().sqrt();
+    weight * edge.noise / end.slope(surface, iso, ray)
+}
+
+/// Places of the samples that are tried: well spread in a cell (Halton 1960, bases 2, 3 and 5).
+const PLACES: [[f64; 3]; 12] = [
+    [0.5, 0.333, 0.2],
+    [0.25, 0.667, 0.4],
+    [0.75, 0.111, 0.6],
+    [0.125, 0.444, 0.8],
+    [0.625, 0.778, 0.04],
+    [0.375, 0.222, 0.24],
+    [0.875, 0.556, 0.44],
+    [0.0625, 0.889, 0.64],
+    [0.5625, 0.037, 0.84],
+    [0.3125, 0.37, 0.08],
+    [0.8125, 0.704, 0.28],
+    [0.1875, 0.148, 0.48],
+];
+
+/// Standard deviation of an end along the ray by where the samples lie.
+fn sampling_mm(end: &End<'_>, surface: &Surface, iso: f64, ray: &Ray) -> f64 {
+    let to_index = surface.grid.world_to_index().matrix3;
+    let Some(edge) = end.edge else {
+        // Nothing is known of the edge: it lies anywhere between two samples.
+        return spacing_along_mm(surface, ray.direction) / 12.0_f64.sqrt();
+    };
+    let direction = to_index * ray.direction;
+    // Distance outward from the boundary per voxel along each axis.
+    let rise = surface.grid.index_to_world().matrix3.transpose() * edge.normal;
+    let outward = edge.deviations_at(iso) * edge.blur_mm;
+    let level = edge.value(outward);
+    let off = |place: &[f64; 3]| {
+        let place = DVec3::from(*place);
+        let value = |t: f64| {
+            let p = place + t * direction;
+            let cell = p.floor();
+            let local = p - cell;
+            let corner = |c: usize| {
+                let at = DVec3::new((c & 1) as f64, (c >> 1 & 1) as f64, (c >> 2) as f64);
+                let weight = (DVec3::ONE - at - local).abs();
+                weight.x * weight.y * weight.z * edge.value(outward + rise.dot(cell + at - place))
+            };
+            (0..8).map(corner).sum::<f64>() - level
+        };
+        crossing_near_zero(value, spacing_along_mm(surface, ray.direction))
+    };
+    (PLACES.iter().map(|place| off(place).powi(2)).sum::<f64>() / PLACES.len() as f64).sqrt()
+}
+
+/// Where a function that falls or rises through 0 near 0 does so, within `reach` of it.
+fn crossing_near_zero(value: impl Fn(f64) -> f64, reach: f64) -> f64 {
+    let (mut low, mut high) = (-reach, reach);
+    let rises = value(high) > value(low);
+    // Twelve halvings: a four-thousandth of the reach, far below what is estimated.
+    for _ in 0..12 {
+        let middle = 0.5 * (low + high);
+        if (value(middle) > 0.0) == rises { high = middle } else { low = middle }
+    }
+    0.5 * (low + high)
+}

@@ -1,0 +1,248 @@
+//! Lengths and their 95 % intervals against phantoms whose walls are known: shells, slabs and wedges in random poses, on random grids, with and
+//! without blur and noise, at an isovalue that is off by its tolerance.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use bregma_measure::{Segment, iso_tolerance, probe};
+use bregma_renderer::{Layer, Ray};
+use bregma_synthetic::ct::{AIR_HU, Field, Material, Scanner};
+use bregma_tests::Random;
+use bregma_volume::{Grid, Progress, Raster, Samples, Unit, Volume, WorldPoint};
+use glam::{DAffine3, DMat3, DQuat, DVec3};
+use std::sync::Arc;
+
+const BONE_HU: f64 = 1200.0;
+const POSES: usize = 1000;
+
+/// A wall about the origin, across z, before it is turned.
+#[derive(Clone, Copy, Debug)]
+enum Shape {
+    Slab,
+    /// A part of a shell with this radius of its middle.
+    Shell(f64),
+    /// Two planes at this angle to each other.
+    Wedge(f64),
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Wall {
+    shape: Shape,
+    thickness_mm: f64,
+    turn: DQuat,
+}
+
+impl Wall {
+    /// Outward normals of its two sides at the origin's, in the phantom's own axes.
+    fn tilts(&self) -> [DVec3; 2] {
+        let half = if let Shape::Wedge(angle) = self.shape { angle / 2.0 } else { 0.0 };
+        [DVec3::new(half.sin(), 0.0, half.cos()), DVec3::new(half.sin(), 0.0, -half.cos())]
+    }
+
+    /// Signed distance, negative inside.
+    fn distance(&self, p: DVec3) -> f64 {
+        let (q, half) = (self.turn.conjugate() * p, self.thickness_mm / 2.0);
+        match self.shape {
+            Shape::Shell(radius) => (q.distance(DVec3::NEG_Z * radius) - radius).abs() - half,
+            _ => self.tilts().map(|normal| (q - DVec3::Z * half * normal.z.signum()).dot(normal)).into_iter().fold(f64::MIN, f64::max),
+        }
+    }
+
+    /// The stretch of a ray within the wall about the point at `inside`: outward in small steps, then by bisection.
+    fn chord_mm(&self, ray: &Ray, inside: f64) -> f64 {
+        let is_in = |t: f64| self.distance(ray.at(t).0) < 0.0;
+        let end = |step: f64| {
+            let (mut near, mut far) = (inside, inside + step);
+            while is_in(far) {
+                (near, far) = (far, far + step);
+            }
+            for _ in 0..60 {
+                let middle = 0.5 * (near + far);
+                if is_in(middle) { near = middle } else { far = middle }
+            }
+            near
+        };
+        let step = self.thickness_mm / 64.0;
+        end(step) - end(-step)
+    }
+}
+
+impl Field for Wall {
+    const LIPSCHITZ: f64 = 1.0;
+
+    fn material(&self, p: DVec3) -> Material {
+        Material { distance_mm: self.distance(p), inside_hu: BONE_HU }
+    }
+}
+
+struct Pose {
+    wall: Wall,
+    grid: Grid,
+    scanner: Scanner,
+    ray: Ray,
+    iso: f64,
+    truth_mm: f64,
+    /// The thinnest wall that this scan can show along the ray, from what is known of the scanner.
+    resolution_mm: f64,
+}
+
+fn normal(random: &mut Random) -> f64 {
+    (-2.0 * (1.0 - random.unit()).ln()).sqrt() * (std::f64::consts::TAU * random.unit()).cos()
+}
+
+fn turn(random: &mut Random) -> DQuat {
+    DQuat::from_xyzw(normal(random), normal(random), normal(random), normal(random)).normalize()
+}
+
+fn between(random: &mut Random, [low, high]: [f64; 2]) -> f64 {
+    low * (high / low).powf(random.unit())
+}
+
+/// A wall of `thick` voxels.
+fn pose(random: &mut Random, shape: usize, thick: [f64; 2]) -> Pose {
+    // From 0.1 to 2 mm, up to three times longer along one axis than along another; every second grid sheared.
+    let finest = between(random, [0.1, 2.0 / 3.0]);
+    let spacing = DVec3::new(finest, finest * between(random, [1.0, 3.0]), finest * between(random, [1.0, 3.0]));
+    let lean = if random.unit() < 0.5 { 0.35 * (random.unit() - 0.5) * 2.0 } else { 0.0 };
+    let shear = DMat3::from_cols(DVec3::X, DVec3::Y, DVec3::new(0.0, lean.sin(), lean.cos()));
+    let axes = DMat3::from_quat(turn(random)) * shear;
+    let wall_turn = turn(random);
+    let across = wall_turn * DVec3::Z;
+    let along = |direction: DVec3| 1.0 / (DMat3::from_diagonal(spacing.recip()) * axes.inverse() * direction).length();
+    let thickness_mm = along(across) * between(random, thick);
+    let shape = match shape {
+        0 => Shape::Slab,
+        1 => Shape::Shell((thickness_mm / 2.0 + 6.0 * spacing.max_element()) * between(random, [1.0, 5.0])),
+        _ => Shape::Wedge(0.1 + 0.3 * random.unit()),
+    };
+    let wall = Wall { shape, thickness_mm, turn: wall_turn };
+    // Up to 45° off the normal, and a little beside the middle.
+    let lean = DQuat::from_axis_angle(
+        wall_turn * DVec3::new((6.3 * random.unit()).cos(), (6.3 * random.unit()).sin(), 0.0).normalize(),
+        0.8 * random.unit(),
+    );
+    let direction = lean * across;
+    let beside = wall_turn * DVec3::new(random.unit() - 0.5, random.unit() - 0.5, 0.0) * spacing.min_element();
+    let far_mm = 100.0 * spacing.max_element();
+    let ray = Ray::new(WorldPoint(beside - far_mm * direction), direction).unwrap();
+    let truth_mm = wall.chord_mm(&ray, far_mm);
+    // Room for the whole wall and six voxels of air on both sides.
+    let half = (DMat3::from_diagonal(spacing.recip()) * axes.inverse() * (0.5 * truth_mm * direction)).abs() + 7.0;
+    let dims = (2.0 * half.ceil() + 1.0).as_usizevec3().to_array();
+    let offset = DVec3::new(random.unit(), random.unit(), random.unit()) - half.ceil();
+    let matrix = axes * DMat3::from_diagonal(spacing);
+    let grid = Grid::from_affine(dims, DAffine3::from_mat3_translation(matrix, matrix * offset)).unwrap();
+    let mean = spacing.element_product().cbrt();
+    let psf_sigma_mm = if random.unit() < 0.4 { 0.0 } else { mean * between(random, [0.25, 1.0]) };
+    let noise_hu = if random.unit() < 0.4 { 0.0 } else { between(random, [5.0, 60.0]) };
+    let scanner = Scanner { psf_sigma_mm, noise_hu, seed: (random.unit() * 1e9) as u64 };
+    let blur = |n: DVec3| {
+        let psf: f64 = DVec3::AXES.iter().map(|a| (axes * *a).normalize().dot(n).powi(2)).sum::<f64>() * psf_sigma_mm.powi(2);
+        (psf + (matrix.transpose() * n).length_squared() / 12.0).sqrt()
+    };
+    let resolution = |n: DVec3| (2.354_82 * blur(n)).max(1.5 * along(n)) / n.dot(direction).abs();
+    let resolution_mm = wall.tilts().map(|n| resolution(wall_turn * n)).into_iter().fold(0.0, f64::max);
+    Pose { wall, grid, scanner, ray, iso: 0.0, truth_mm, resolution_mm }
+}
+
+/// The bone about the origin that is found in a scan of the pose; `None` where there is none.
+fn measure(pose: &mut Pose, random: &mut Random) -> Option<Segment> {
+    let hu = pose.scanner.scan(&pose.wall, &pose.grid, &Progress::default()).unwrap();
+    let raster =
+        Raster { grid: pose.grid.clone(), samples: Samples::I16(hu), slope: 1.0, intercept: 0.0, unit: Unit::Hounsfield, warnings: vec![] };
+    let volume = Arc::new(Volume::new("wall".into(), "test", raster).unwrap());
+    // Its tolerance is half of the interval that holds the right isovalue 95 times of 100.
+    pose.iso = (BONE_HU + AIR_HU) / 2.0 + iso_tolerance(&volume) / 1.96 * normal(random);
+    let layers = [Layer { iso: pose.iso, ..Layer::new(&volume, 0, 1) }];
+    let middle = pose.ray.direction.dot(-pose.ray.origin.0);
+    let found = probe(&[volume], &layers, &pose.ray).unwrap();
+    let segments = found.volumes[0].segments.iter().copied();
+    let away = |s: &Segment| (0.5 * (s.from_mm + s.to_mm) - middle).abs();
+    segments.filter(|s| away(s) < pose.truth_mm).min_by(|a, b| away(a).total_cmp(&away(b)))
+}
+
+#[test]
+fn ninety_five_of_a_hundred_intervals_hold_the_true_thickness() {
+    // Fails if a part is left out, is too large or too small, or mixes mm and voxels: on all shapes, on any subset of them with or without blur
+    // and noise, the interval should hold the truth neither too rarely nor always.
+    let mut all = [0_usize; 2];
+    for (n, name) in ["slab", "shell", "wedge"].iter().enumerate() {
+        let mut random = Random(100 + n as u64);
+        let (mut held, mut measured, mut missed, mut flagged) = (0, 0, 0, 0);
+        let mut kinds = [[0_u32; 2]; 4];
+        let (mut ratio, mut widths) = (vec![], vec![]);
+        let mut parts = [0.0; 6];
+        for _ in 0..POSES {
+            let mut pose = pose(&mut random, n, [2.0, 12.0]);
+            let Some(s) = measure(&mut pose, &mut random) else {
+                missed += 1;
+                continue;
+            };
+            if s.below_resolution {
+                flagged += 1;
+                continue;
+            }
+            measured += 1;
+            let off = (s.length_mm - pose.truth_mm).abs();
+            let is_held = off <= s.uncertainty.error_mm;
+            held += usize::from(is_held);
+            let kind = &mut kinds[usize::from(pose.scanner.psf_sigma_mm > 0.0) * 2 + usize::from(pose.scanner.noise_hu > 0.0)];
+            kind[0] += u32::from(is_held);
+            kind[1] += 1;
+            ratio.push(off / s.uncertainty.error_mm);
+            widths.push(s.uncertainty.error_mm / pose.grid.spacing_mm().element_product().cbrt());
+            let u = s.uncertainty;
+            for (sum, part) in
+                parts.iter_mut().zip([u.threshold_error_mm, u.noise_error_mm, u.sampling_error_mm, u.blur_error_mm, u.error_mm, off])
+            {
+                *sum += part / pose.grid.spacing_mm().element_product().cbrt();
+            }
+        }
+        ratio.sort_by(f64::total_cmp);
+        widths.sort_by(f64::total_cmp);
+        println!(
+            "{name}: {held} of {measured} hold the truth ({:.1} %), {flagged} flagged, {missed} not found; half width {:.3} voxel; error/half width 50 % {:.2}, 95 % {:.2}",
+            100.0 * held as f64 / measured as f64,
+            widths[widths.len() / 2],
+            ratio[ratio.len() / 2],
+            ratio[ratio.len() * 95 / 100]
+        );
+        println!(
+            "  mean parts, voxel: threshold, noise, sampling, blur, total, truly off: {:?}",
+            parts.map(|p| (p / measured as f64 * 1e3).round() / 1e3)
+        );
+        println!("  sharp, noisy, blurred, both: {:?}", kinds.map(|[h, n]| format!("{:.1} % of {n}", 100.0 * f64::from(h) / f64::from(n))));
+        all[0] += held;
+        all[1] += measured;
+        let share = held as f64 / measured as f64;
+        assert!((0.93..=0.99).contains(&share), "{name}: {share}");
+        assert!(measured > POSES / 2);
+    }
+    println!("all: {:.1} % of {}", 100.0 * all[0] as f64 / all[1] as f64, all[1]);
+}
+
+#[test]
+fn walls_below_the_resolution_are_flagged() {
+    // Fails if thin walls are measured as if they were none; or if walls that are thick enough are flagged.
+    let mut random = Random(7);
+    let (mut below, mut flagged, mut thick, mut falsely, mut missed) = (0, 0, 0, 0, 0);
+    for n in 0..3 * POSES {
+        let mut pose = pose(&mut random, n % 3, [0.4, 6.0]);
+        let is_below = pose.truth_mm < pose.resolution_mm;
+        let Some(s) = measure(&mut pose, &mut random) else {
+            missed += 1;
+            continue;
+        };
+        if is_below {
+            below += 1;
+            flagged += usize::from(s.below_resolution);
+        } else if pose.truth_mm > 1.5 * pose.resolution_mm {
+            thick += 1;
+            falsely += usize::from(s.below_resolution);
+        }
+    }
+    println!(
+        "{flagged} of {below} walls below the resolution are flagged ({:.1} %), {falsely} of {thick} that are half as thick again; {missed} not found",
+        100.0 * flagged as f64 / below as f64
+    );
+    assert!(flagged * 100 >= below * 95 && falsely * 100 <= thick * 5 && below > 300 && thick > 300);
+}
