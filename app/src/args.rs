@@ -71,6 +71,11 @@ pub enum Command {
         after_help = "Examples:\n  bregma probe a.nrrd b.nrrd --iso 226 --origin 0,-200,40 --direction 0,1,0\n  bregma probe skull.nrrd --origin 0,-200,40 --toward 0,0,40 --format json\n  bregma probe skull.nrrd --rays rays.csv --format csv"
     )]
     Probe(ProbeArgs),
+    /// Map how thick the bone is over the whole surface: CSV, PLY, JSON and a picture
+    #[command(
+        after_help = "Examples:\n  bregma thickness skull.nrrd --iso 300 --out thickness\n  bregma thickness skull.nrrd --method sphere --range 0,12 --orbit 90,10 --out thickness\n  bregma thickness skull.nrrd --method ray --direction 0,0,-1 --patch 3,-80,60,25 --out vertex"
+    )]
+    Thickness(ThicknessArgs),
     /// Failure rates of every solver over the hard families: stability.csv, stability.md
     #[command(after_help = "Example:\n  bregma stability --out stability")]
     Stability(StabilityArgs),
@@ -217,6 +222,61 @@ pub enum ProbeFormat {
     Csv,
     /// 3D Slicer's markups JSON, one Line for each bone segment.
     Markups,
+}
+
+/// `bregma thickness`.
+#[derive(Debug, Args)]
+pub struct ThicknessArgs {
+    /// The scan.
+    #[command(flatten)]
+    pub sources: Sources<1>,
+    /// Isovalues.
+    #[command(flatten)]
+    pub isovalues: Isovalues,
+    /// Folder to write into; made if it is not there
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Which thickness: along a ray, along the inward normal, or of the largest inscribed sphere
+    #[arg(long, value_enum, default_value = "normal")]
+    pub method: ThicknessMethod,
+    /// Of the rays, into the bone
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, required_if_eq("method", "ray"))]
+    pub direction: Option<DVec3>,
+    /// Only within R mm of a point
+    #[arg(long, value_name = "X,Y,Z,R", value_parser = ball, allow_hyphen_values = true)]
+    pub patch: Option<(DVec3, f64)>,
+    /// Ends of the colours, mm; what 95 % of the surface has when absent
+    #[arg(long, value_name = "LOW,HIGH", value_parser = pair)]
+    pub range: Option<(f64, f64)>,
+    /// Colours
+    #[arg(long, value_enum, default_value = "viridis")]
+    pub colors: Colors,
+    /// Pixels of the picture
+    #[arg(long, value_name = "WxH", value_parser = size, default_value = "800x800")]
+    pub size: (u32, u32),
+    /// The camera.
+    #[command(flatten)]
+    pub camera: CameraArgs,
+}
+
+/// Which thickness is mapped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ThicknessMethod {
+    /// Along rays of one direction.
+    Ray,
+    /// Along the inward normal.
+    Normal,
+    /// Of the largest inscribed sphere.
+    Sphere,
+}
+
+/// Colours that grow evenly brighter, for the colour-blind too.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Colors {
+    /// Blue to yellow over green.
+    Viridis,
+    /// Blue to yellow.
+    Cividis,
 }
 
 /// `bregma bench`.
@@ -388,6 +448,11 @@ fn point(text: &str) -> Result<DVec3, String> {
 
 fn pair(text: &str) -> Result<(f64, f64), String> {
     numbers::<2>(text).map(|[a, b]| (a, b))
+}
+
+fn ball(text: &str) -> Result<(DVec3, f64), String> {
+    let [x, y, z, radius] = numbers::<4>(text)?;
+    if radius > 0.0 { Ok((DVec3::new(x, y, z), radius)) } else { Err("its radius is not positive".into()) }
 }
 
 fn spacing(text: &str) -> Result<DVec3, String> {

@@ -5,4 +5,5 @@ pub mod chart;
 pub mod commands;
 pub mod input;
 pub mod output;
+pub mod thickness;
 pub mod window;

@@ -1,5 +1,6 @@
-//! Difference rays as text: a table to read, CSV for statistics, 3D Slicer markups.
+//! Measurements as files: difference rays as a table to read, CSV for statistics, 3D Slicer markups; maps as CSV and PLY.
 
+use crate::mesh::Mesh;
 use crate::probe::{DifferenceRay, Segment};
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -157,4 +158,36 @@ fn markup_line(d: &DifferenceRay, label: &str, s: &Segment) -> Value {
             { "name": "length error (95 %)", "enabled": true, "value": s.uncertainty.error_mm, "units": "mm", "printFormat": "%-#4.4g%s" },
         ],
     })
+}
+
+/// A map as CSV: a row for each vertex that has a value; LPS mm, with the outward normal.
+pub fn map_csv(mesh: &Mesh, values: &[f32]) -> String {
+    let mut out = "x_mm,y_mm,z_mm,nx,ny,nz,thickness_mm\n".to_owned();
+    for ((p, n), value) in mesh.vertices.iter().zip(&mesh.normals).zip(values).filter(|(_, value)| !value.is_nan()) {
+        // Writing to a String cannot fail.
+        writeln!(out, "{:.4},{:.4},{:.4},{:.4},{:.4},{:.4},{value:.4}", p.x, p.y, p.z, n.x, n.y, n.z).unwrap_or_default();
+    }
+    out
+}
+
+/// A map as PLY 1.0, binary, little-endian (Turk 1994): vertices with normals, colours and `thickness_mm`, NaN where there is none; triangles.
+pub fn map_ply(mesh: &Mesh, values: &[f32], color: impl Fn(f32) -> [u8; 3]) -> Vec<u8> {
+    let header = format!(
+        "ply\nformat binary_little_endian 1.0\ncomment LPS, mm\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\nproperty float nx\nproperty float ny\nproperty float nz\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nproperty float thickness_mm\nelement face {}\nproperty list uchar uint vertex_indices\nend_header\n",
+        mesh.vertices.len(),
+        mesh.triangles.len()
+    );
+    let mut out = header.into_bytes();
+    for ((p, n), value) in mesh.vertices.iter().zip(&mesh.normals).zip(values) {
+        for v in p.as_vec3().to_array().into_iter().chain(n.as_vec3().to_array()) {
+            out.extend(v.to_le_bytes());
+        }
+        out.extend(color(*value));
+        out.extend(value.to_le_bytes());
+    }
+    for triangle in &mesh.triangles {
+        out.push(3);
+        triangle.iter().for_each(|n| out.extend(n.to_le_bytes()));
+    }
+    out
 }

@@ -2,7 +2,9 @@
 
 mod edge;
 pub mod export;
+pub mod mesh;
 mod probe;
+pub mod thickness;
 
 mod uncertainty;
 

@@ -5,8 +5,8 @@
 use crate::camera::Ray;
 use crate::reference;
 use crate::scene::{Picture, Scene, Surface};
-use bregma_volume::{Cancelled, GridError, IndexPoint, Progress, Sample, Volume, WorldPoint, with_samples};
-use glam::{DVec3, IVec3};
+use bregma_volume::{Cancelled, GridError, Progress, Volume, WorldPoint};
+use glam::DVec3;
 use rayon::prelude::*;
 use std::sync::{Arc, OnceLock};
 
@@ -145,7 +145,7 @@ impl Truth {
         let mm = beyond_rounding(found_mm, hit.t_mm);
         let surface = &self.surfaces[hit.surface];
         let normal_deg = hit.normal.map(|true_normal| {
-            let found = smooth_normal(surface, surface.grid.index(ray.at(found_mm)), ray.direction);
+            let found = reference::smooth_normal(surface, surface.grid.index(ray.at(found_mm))).unwrap_or(-ray.direction);
             true_normal.cross(found).length().atan2(true_normal.dot(found)).to_degrees() as f32
         });
         Off { mm: mm as f32, voxel: (mm * self.voxels_per_mm(&ray)) as f32, normal_deg }
@@ -192,39 +192,11 @@ fn nearest(surfaces: &[Surface], ray: &Ray) -> Option<Nearest> {
         let Some(entry) = reference::first_entry(surface, ray) else { continue };
         if nearest.is_none_or(|n| entry.t_mm < n.t_mm) {
             let is_cut = entry.clipped || entry.at_origin;
-            let normal = (!is_cut).then(|| smooth_normal(surface, entry.point, ray.direction));
+            let normal = (!is_cut).then(|| reference::smooth_normal(surface, entry.point).unwrap_or(-ray.direction));
             nearest = Some(Nearest { t_mm: entry.t_mm, surface: number, normal });
         }
     }
     nearest
-}
-
-/// The outward normal that surfaces are shaded by, in the world: central differences at the samples, interpolated. Against `view` where
-/// samples are all equal.
-fn smooth_normal(surface: &Surface, point: IndexPoint, view: DVec3) -> DVec3 {
-    let gradient = with_samples!(surface.volume.samples(), samples => smooth_gradient(samples, surface.grid.dims(), point.0));
-    let outward = surface.grid.world_to_index().matrix3.transpose() * (gradient * -f64::from(surface.sign));
-    outward.try_normalize().unwrap_or(-view)
-}
-
-fn smooth_gradient<T: Sample>(samples: &[T], dims: [usize; 3], p: DVec3) -> DVec3 {
-    let last = IVec3::from_array(dims.map(|n| n as i32 - 1));
-    let sample = |at: IVec3| samples[(at.z as usize * dims[1] + at.y as usize) * dims[0] + at.x as usize].to_f64();
-    let cell = p.floor().as_ivec3().clamp(IVec3::ZERO, last - 1);
-    let local = (p - cell.as_dvec3()).clamp(DVec3::ZERO, DVec3::ONE);
-    let mut sum = DVec3::ZERO;
-    for corner in 0..8 {
-        let offset = IVec3::new(corner & 1, corner >> 1 & 1, corner >> 2);
-        let at = cell + offset;
-        let weight: f64 = (0..3).map(|a| if offset[a] == 1 { local[a] } else { 1.0 - local[a] }).product();
-        for axis in 0..3 {
-            let (mut down, mut up) = (at, at);
-            down[axis] = (at[axis] - 1).max(0);
-            up[axis] = (at[axis] + 1).min(last[axis]);
-            sum[axis] += weight * (sample(up) - sample(down)) / f64::from(up[axis] - down[axis]);
-        }
-    }
-    sum
 }
 
 /// Verdicts of any number of pictures, counted.

@@ -7,7 +7,7 @@
 use crate::camera::Ray;
 use crate::scene::Surface;
 use bregma_volume::{IndexPoint, Sample, WorldPoint, with_samples};
-use glam::{DAffine3, DMat3, DVec3, USizeVec3};
+use glam::{DAffine3, DMat3, DVec3, IVec3, USizeVec3};
 use serde::Serialize;
 use std::ops::ControlFlow;
 
@@ -110,6 +110,28 @@ pub fn first_entry(surface: &Surface, ray: &Ray) -> Option<Crossing> {
     first
 }
 
+/// The first wall of bone that the ray passes: where it enters, or begins inside, and where it leaves. What comes behind it is not looked at.
+pub fn first_wall(surface: &Surface, ray: &Ray) -> Option<[Crossing; 2]> {
+    let mut wall = [None; 2];
+    walk(surface, ray, &mut |crossing| {
+        let end = match crossing.kind {
+            Kind::Enter => 0,
+            Kind::Exit => 1,
+            Kind::Touch => return ControlFlow::Continue(()),
+        };
+        wall[end] = Some(crossing);
+        if end == 1 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    Some([wall[0]?, wall[1]?])
+}
+
+/// The outward normal of a surface at a point of index space that pictures are shaded by, in the world, unit: central differences at the
+/// samples, interpolated, so that it does not jump between cells. `None` where all samples around are equal.
+pub fn smooth_normal(surface: &Surface, point: IndexPoint) -> Option<DVec3> {
+    let gradient = with_samples!(surface.volume.samples(), samples => smooth_gradient(samples, surface.grid.dims(), point.0));
+    (surface.grid.world_to_index().matrix3.transpose() * (gradient * -f64::from(surface.sign))).try_normalize()
+}
+
 /// Every crossing of the ray (t ≥ 0), in order. Entries and exits alternate, beginning with an entry.
 pub fn crossings(surface: &Surface, ray: &Ray) -> Vec<Crossing> {
     let mut all: Vec<Crossing> = Vec::new();
@@ -161,6 +183,26 @@ fn gradient(f: &[f64; 8], p: DVec3) -> DVec3 {
         mix(mix(edge(0, 0), edge(1, 0), p[u]), mix(edge(0, 1), edge(1, 1), p[u]), p[v])
     };
     DVec3::new(along(0), along(1), along(2))
+}
+
+fn smooth_gradient<T: Sample>(samples: &[T], dims: [usize; 3], p: DVec3) -> DVec3 {
+    let last = IVec3::from_array(dims.map(|n| n as i32 - 1));
+    let sample = |at: IVec3| samples[(at.z as usize * dims[1] + at.y as usize) * dims[0] + at.x as usize].to_f64();
+    let cell = p.floor().as_ivec3().clamp(IVec3::ZERO, last - 1);
+    let local = (p - cell.as_dvec3()).clamp(DVec3::ZERO, DVec3::ONE);
+    let mut sum = DVec3::ZERO;
+    for corner in 0..8 {
+        let offset = IVec3::new(corner & 1, corner >> 1 & 1, corner >> 2);
+        let at = cell + offset;
+        let weight: f64 = (0..3).map(|a| if offset[a] == 1 { local[a] } else { 1.0 - local[a] }).product();
+        for axis in 0..3 {
+            let (mut down, mut up) = (at, at);
+            down[axis] = (at[axis] - 1).max(0);
+            up[axis] = (at[axis] + 1).min(last[axis]);
+            sum[axis] += weight * (sample(up) - sample(down)) / f64::from(up[axis] - down[axis]);
+        }
+    }
+    sum
 }
 
 /// Visits every crossing in order until told to stop. A tangential root is reported as `Touch`.

@@ -32,13 +32,13 @@ pub fn pixels(chart: &Chart) -> Result<(Vec<u8>, u32, u32), Box<dyn Error>> {
 }
 
 /// Pictures have no fonts of their own: they borrow the window's.
-pub(super) fn fonts() {
+pub(crate) fn fonts() {
     static ONCE: Once = Once::new();
     // Fails only for bytes that are no font.
     ONCE.call_once(|| drop(register_font(FONT, FontStyle::Normal, epaint_default_fonts::UBUNTU_LIGHT)));
 }
 
-pub(super) const FONT: &str = "sans-serif";
+pub(crate) const FONT: &str = "sans-serif";
 
 /// The colour of a family of solvers (Okabe and Ito 2008).
 pub fn color(solver: Solver) -> [u8; 3] {

@@ -7,6 +7,7 @@ mod info;
 mod probe;
 mod render;
 mod stability;
+mod thickness;
 
 pub use bench::bench;
 pub use chart::chart;
@@ -15,6 +16,7 @@ pub use info::info;
 pub use probe::probe;
 pub use render::render;
 pub use stability::stability;
+pub use thickness::thickness;
 
 use crate::args::{Backend, Isovalues};
 use crate::input::{InputError, Opened, Source};

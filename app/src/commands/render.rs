@@ -49,7 +49,7 @@ fn keep_apart(args: &RenderArgs) -> Result<(), CommandError> {
 }
 
 /// The camera that the arguments ask for; what they leave open is the session's, or the orbit's.
-fn camera(args: &CameraArgs, opened: &Opened) -> Camera {
+pub(super) fn camera(args: &CameraArgs, opened: &Opened) -> Camera {
     let bounds = opened.bounds();
     let mut camera = opened.scene.camera;
     if args.orbit.is_some() || args.eye.is_some() || !opened.from_session {
