@@ -71,6 +71,11 @@ pub enum Command {
         after_help = "Examples:\n  bregma probe a.nrrd b.nrrd --iso 226 --origin 0,-200,40 --direction 0,1,0\n  bregma probe skull.nrrd --origin 0,-200,40 --toward 0,0,40 --format json\n  bregma probe skull.nrrd --rays rays.csv --format csv"
     )]
     Probe(ProbeArgs),
+    /// Measure again what a session or an export records, and say which lengths still hold
+    #[command(
+        after_help = "Examples:\n  bregma probe skull.nrrd --origin 0,-200,40 --toward 0,0,40 --format json >ray.json\n  bregma verify ray.json"
+    )]
+    Verify(VerifyArgs),
     /// Map how thick the bone is over the whole surface: CSV, PLY, JSON and a picture
     #[command(
         after_help = "Examples:\n  bregma thickness skull.nrrd --iso 300 --out thickness\n  bregma thickness skull.nrrd --method sphere --range 0,12 --orbit 90,10 --out thickness\n  bregma thickness skull.nrrd --method ray --direction 0,0,-1 --patch 3,-80,60,25 --out vertex"
@@ -222,6 +227,17 @@ pub enum ProbeFormat {
     Csv,
     /// 3D Slicer's markups JSON, one Line for each bone segment.
     Markups,
+}
+
+/// `bregma verify`.
+#[derive(Debug, Args)]
+pub struct VerifyArgs {
+    /// Sessions, or what `bregma probe --format json` wrote
+    #[arg(value_name = "FILE", required = true)]
+    pub files: Vec<PathBuf>,
+    /// Tell also those that hold
+    #[arg(long)]
+    pub all: bool,
 }
 
 /// `bregma thickness`.

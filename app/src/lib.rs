@@ -5,5 +5,6 @@ pub mod chart;
 pub mod commands;
 pub mod input;
 pub mod output;
+pub mod record;
 pub mod thickness;
 pub mod window;

@@ -21,6 +21,7 @@ fn main() -> ExitCode {
         Some(Command::Info(args)) => commands::info(args),
         Some(Command::Render(args)) => commands::render(args, cli.common.backend),
         Some(Command::Probe(args)) => commands::probe(args),
+        Some(Command::Verify(args)) => commands::verify(args),
         Some(Command::Thickness(args)) => commands::thickness(args, cli.common.backend),
         Some(Command::Stability(args)) => commands::stability(args, cli.common.backend),
         Some(Command::Chart(args)) => commands::chart(args, cli.common.backend),

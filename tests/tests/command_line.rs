@@ -313,6 +313,39 @@ fn probes_come_in_every_form() {
 }
 
 #[test]
+fn recorded_lengths_are_verified() {
+    // Fails if a record cannot be measured again, or a scan, an isovalue or a length that changed goes unnoticed.
+    let dir = folder("verify");
+    nrrd(&dir.join("ball.nrrd"), CUBE, &ball());
+    std::fs::write(dir.join("rays.csv"), "ox,oy,oz,dx,dy,dz\n7.3,-20,7.6,0,1,0\n7,-20,7,0.01,1,0.02\n").unwrap();
+    let json = stdout(&ok(&dir, "probe ball.nrrd --iso 0 --rays rays.csv --format json"));
+    std::fs::write(dir.join("rays.json"), &json).unwrap();
+    assert_eq!(stdout(&ok(&dir, "verify rays.json")), "2 of 2 lengths hold\n");
+    assert!(stdout(&ok(&dir, "verify --all rays.json")).starts_with("ray 1, ball.nrrd, bone 1: holds\n"));
+    // A length that was written down wrongly.
+    let mut record: Value = serde_json::from_str(json.lines().next().unwrap()).unwrap();
+    let length = &mut record["volumes"][0]["segments"][0]["length_mm"];
+    *length = (length.as_f64().unwrap() + 1e-6).into();
+    std::fs::write(dir.join("wrong.json"), record.to_string()).unwrap();
+    fails(&dir, "verify wrong.json", &["1 of 1 lengths do not hold"]);
+    // The scan moved along with its record, and then changed.
+    let moved = folder("verify-moved");
+    std::fs::copy(dir.join("ball.nrrd"), moved.join("ball.nrrd")).unwrap();
+    std::fs::write(moved.join("rays.json"), json.replace(dir.to_str().unwrap(), "/nowhere")).unwrap();
+    assert_eq!(stderr(&ok(&moved, "verify rays.json")), "");
+    let mut other = ball();
+    other[0] += 1;
+    nrrd(&moved.join("ball.nrrd"), CUBE, &other);
+    assert!(stderr(&ok(&moved, "verify rays.json")).contains("is not the scan that was measured"));
+    std::fs::remove_file(moved.join("ball.nrrd")).unwrap();
+    fails(&moved, "verify rays.json", &["rays.json", "no such file"]);
+    for (text, part) in [("{}", "does not say what it was made from"), ("", "holds no measurements"), ("{", "is not JSON")] {
+        std::fs::write(dir.join("none.json"), text).unwrap();
+        fails(&dir, "verify none.json", &["none.json", part]);
+    }
+}
+
+#[test]
 fn a_transform_moves_the_volume_before_it() {
     let d = folder("transform");
     nrrd(&d.join("ball.nrrd"), CUBE, &ball());

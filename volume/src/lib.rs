@@ -2,6 +2,7 @@
 //!
 //! Data flows one way: a file is read by one of the [`formats`] into a [`Raster`], which [`Volume::new`] checks and indexes.
 
+mod content;
 pub mod formats;
 mod grid;
 mod histogram;

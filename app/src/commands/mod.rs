@@ -8,6 +8,7 @@ mod probe;
 mod render;
 mod stability;
 mod thickness;
+mod verify;
 
 pub use bench::bench;
 pub use chart::chart;
@@ -17,6 +18,7 @@ pub use probe::probe;
 pub use render::render;
 pub use stability::stability;
 pub use thickness::thickness;
+pub use verify::verify;
 
 use crate::args::{Backend, Isovalues};
 use crate::input::{InputError, Opened, Source};

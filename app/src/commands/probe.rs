@@ -2,6 +2,7 @@
 
 use super::{CommandError, open, print, with_progress};
 use crate::args::{ProbeArgs, ProbeFormat};
+use crate::record::{Origin, measure, to_json};
 use bregma_measure::{DifferenceRay, export};
 use bregma_renderer::Ray;
 use bregma_volume::WorldPoint;
@@ -16,14 +17,15 @@ pub fn probe(args: &ProbeArgs) -> Result<(), CommandError> {
         None => vec![single_ray(args)?],
     };
     let opened = open(&args.sources.0, &args.isovalues)?;
-    let cast = |ray: &Ray| bregma_measure::probe(&opened.volumes, &opened.scene.layers, ray);
+    let cast = |ray: &Ray| measure(&opened, ray);
     let found = with_progress("casting", |progress| {
         progress.begin(rays.len() as u64);
         // Nobody cancels here: the command is simply ended.
         let counted = |ray: &Ray| cast(ray).inspect(|_| progress.advance(1).unwrap_or_default());
         rays.par_iter().map(counted).collect::<Result<Vec<DifferenceRay>, _>>()
     })?;
-    let json = |d: &DifferenceRay| serde_json::to_string(d).expect("the record has only numbers, texts and lists") + "\n";
+    let origin = if args.format == ProbeFormat::Json { Origin::of(&opened) } else { None };
+    let json = |d: &DifferenceRay| to_json(d, None, origin.as_ref()).to_string() + "\n";
     let text = match args.format {
         ProbeFormat::Table if args.rays.is_none() => found.iter().map(export::table).collect(),
         ProbeFormat::Table => export::table_of_rays(&found),
