@@ -191,8 +191,11 @@ fn segments(surface: &Surface, layer: &Layer, ray: &Ray, crossings: &[Crossing],
             half_mm.max(LEAST_REACH_VOXEL * spacing_along_mm(surface, crossing.normal))
         };
         // The bone lies behind an entry, and before an exit.
-        let (wall, gap) =
-            if n % 2 == 0 { (ends.get(n + 1), n.checked_sub(1).and_then(|n| ends.get(n))) } else { (ends.get(n - 1), ends.get(n + 1)) };
+        let (wall, gap) = if n.is_multiple_of(2) {
+            (ends.get(n + 1), n.checked_sub(1).and_then(|n| ends.get(n)))
+        } else {
+            (ends.get(n - 1), ends.get(n + 1))
+        };
         let edge = || Edge::at(surface, reference::world(surface, crossing).0, crossing.normal, beside(wall), beside(gap));
         End { crossing, edge: if cut { None } else { edge() } }
     };

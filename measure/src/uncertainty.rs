@@ -101,9 +101,9 @@ impl Edge {
         for _ in 0..40 {
             let middle = 0.5 * (low + high);
             if (self.value(middle * self.blur_mm) - self.outside) / (self.inside - self.outside) > part {
-                low = middle
+                low = middle;
             } else {
-                high = middle
+                high = middle;
             }
         }
         0.5 * (low + high)

@@ -107,24 +107,24 @@ const CHUNK: usize = 64;
 /// The mask of the brick with its first sample at `corner`.
 #[inline(always)]
 fn mask_of<S: Simd, T: Sample>(simd: S, samples: &[T], dims: [usize; 3], corner: [usize; 3], level: f32, sign: f32) -> Mask {
-    // 9 samples along each side; less at the grid's far border, where there are no more cells either.
-    let [nx, ny, nz] = std::array::from_fn(|a| (dims[a] - corner[a]).min(BRICK + 1));
+    // 8 cells along each side, less at the grid's far border, and a sample more.
+    let [cx, cy, cz] = std::array::from_fn(|a| (dims[a] - 1 - corner[a]).min(BRICK));
     let mut mask = [0_u64; BRICK];
-    for k in 0..nz {
+    for k in 0..=cz {
         let mut layer = 0_u64;
-        for j in 0..ny {
+        for j in 0..=cy {
             let first = ((corner[2] + k) * dims[1] + corner[1] + j) * dims[0] + corner[0];
-            let bits = inside_bits(simd, &samples[first..], nx, level, sign);
+            let bits = inside_bits(simd, &samples[first..], cx + 1, level, sign);
             // A sample is a corner of the cells on either side of it, along each axis.
-            let row = (bits | bits >> 1) & 0xff;
-            if j < BRICK {
+            let row = (bits | bits >> 1) & ((1 << cx) - 1);
+            if j < cy {
                 layer |= row << (8 * j);
             }
             if j > 0 {
                 layer |= row << (8 * (j - 1));
             }
         }
-        if k < BRICK {
+        if k < cz {
             mask[k] |= layer;
         }
         if k > 0 {
@@ -188,6 +188,22 @@ mod tests {
                         masks.words()[masks.slots()[brick] as usize * WORDS + bit / 32] >> (bit % 32) & 1 == 1
                     };
                     assert_eq!(bit, any, "{dims:?} {cell:?}");
+                }
+                // No cell lies beyond the grid, and boxes hold just the cells that are marked.
+                for brick in map.occupied() {
+                    let b = brick as usize;
+                    let corner = [b % bx, b / bx % by, b / (bx * by)].map(|n| n * BRICK);
+                    let words = &masks.words()[masks.slots()[b] as usize * WORDS..][..WORDS];
+                    let marked = (0..512_usize).filter(|n| words[n / 32] >> (n % 32) & 1 == 1).map(|n| [n % 8, n / 8 % 8, n / 64]);
+                    let (mut first, mut end) = ([8; 3], [0; 3]);
+                    for cell in marked {
+                        for a in 0..3 {
+                            assert!(corner[a] + cell[a] + 1 < dims[a], "{dims:?}: {cell:?} of the brick at {corner:?} is no cell");
+                            first[a] = first[a].min(cell[a] as u8);
+                            end[a] = end[a].max(cell[a] as u8 + 1);
+                        }
+                    }
+                    assert_eq!(masks.cells(brick), [first, end]);
                 }
             }
         }

@@ -110,7 +110,7 @@ fn check(what: &str, source: Source, iso: Option<f64>) {
         assert_eq!(found.len(), truth.len(), "{what}: {ray:?}: {found:#?} {truth:?}");
         let off = |(c, t): (&reference::Crossing, &f64)| ((c.t_mm - t).abs() - c.error_mm).max(0.0);
         let worst = found.iter().zip(&truth).map(off).fold(0.0, f64::max);
-        if n % 20 == 0 {
+        if n.is_multiple_of(20) {
             ledger_covers(&opened, &ray);
         }
         (found.len() / 2, 0, worst)

@@ -120,7 +120,7 @@ fn the_demo_pair_is_opened_changed_and_measured() {
     assert_eq!(ray.volumes.len(), 2);
     let frontal = ray.volumes[0].segments.first().expect("A has bone there");
     assert!((3.0..20.0).contains(&frontal.length_mm), "the frontal bone is {} mm thick", frontal.length_mm);
-    assert!(frontal.error_mm > 0.0 && frontal.error_mm < 3.0, "± {} mm", frontal.error_mm);
+    assert!(frontal.uncertainty.error_mm > 0.0 && frontal.uncertainty.error_mm < 3.0, "± {} mm", frontal.uncertainty.error_mm);
     // The table shows what was measured.
     let cell = format!("{:.2}", frontal.length_mm);
     assert!(window.query_all_by_label(&cell).next().is_some(), "the table has a cell {cell}");
