@@ -35,6 +35,21 @@ pub struct Session {
     pub volumes: Vec<Source>,
     /// One layer for each, and the view.
     pub scene: Scene,
+    /// Difference rays with what they were measured on, see [`crate::record`].
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub measurements: Vec<serde_json::Value>,
+    /// Landmarks.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub landmarks: Vec<Landmark>,
+}
+
+/// A point on a surface.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Landmark {
+    /// What the person calls it.
+    pub name: String,
+    /// LPS mm; on the interpolant's surface to float64 precision.
+    pub point_mm: DVec3,
 }
 
 /// Volumes in memory and the scene to begin with.
@@ -48,6 +63,10 @@ pub struct Opened {
     pub scene: Scene,
     /// The view is a session's, not the one that scans open with.
     pub from_session: bool,
+    /// Difference rays of a session.
+    pub measurements: Vec<serde_json::Value>,
+    /// Landmarks of a session.
+    pub landmarks: Vec<Landmark>,
 }
 
 /// Why nothing was opened. Each sentence names the file.
@@ -85,7 +104,7 @@ impl Opened {
     /// `volumes` in the scene that they open with.
     pub fn new(sources: Vec<Source>, volumes: Vec<Arc<Volume>>) -> Self {
         let scene = Scene::of(&volumes);
-        Self { sources, volumes, scene, from_session: false }
+        Self { sources, volumes, scene, from_session: false, measurements: vec![], landmarks: vec![] }
     }
 
     /// The built-in demo pair.
@@ -123,7 +142,10 @@ impl Opened {
             }
         }
         match sessions.pop() {
-            Some(only) if only.volumes.len() == opened.volumes.len() => (opened.scene, opened.from_session) = (only.scene, true),
+            Some(only) if only.volumes.len() == opened.volumes.len() => {
+                (opened.scene, opened.from_session) = (only.scene, true);
+                (opened.measurements, opened.landmarks) = (only.measurements, only.landmarks);
+            }
             _ => opened.look_from_the_front(),
         }
         Ok(opened)
@@ -221,6 +243,12 @@ impl Session {
             file.strip_prefix(&folder).map(Path::to_owned).unwrap_or(file)
         };
         let volumes = opened.sources.iter().map(|s| Source { file: name(&s.file), ..s.clone() }).collect();
-        Self { bregma_session: 1, volumes, scene: opened.scene.clone() }
+        Self {
+            bregma_session: 1,
+            volumes,
+            scene: opened.scene.clone(),
+            measurements: opened.measurements.clone(),
+            landmarks: opened.landmarks.clone(),
+        }
     }
 }

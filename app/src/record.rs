@@ -80,6 +80,17 @@ pub fn read(file: &Path) -> Result<Vec<Value>, String> {
     Ok(values)
 }
 
+/// The ray of a record.
+pub fn ray_of(record: &Value) -> Option<Ray> {
+    let numbers = |key: &str| -> Option<DVec3> {
+        let list: Vec<f64> = record.get("ray")?.get(key)?.as_array()?.iter().filter_map(Value::as_f64).collect();
+        <[f64; 3]>::try_from(list).ok().map(DVec3::from)
+    };
+    // The direction is unit but for rounding, which normalising again would change.
+    let ray = Ray { origin: WorldPoint(numbers("origin_mm")?), direction: numbers("direction")? };
+    (ray.origin.0.is_finite() && (ray.direction.length() - 1.0).abs() < 1e-9).then_some(ray)
+}
+
 /// What became of a length when it was measured again.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Verdict {
@@ -123,15 +134,7 @@ impl Verifier {
             .get("made_by")
             .and_then(|v| Origin::deserialize(v).ok())
             .ok_or(format!("{name} does not say what it was made from; measure it again with this version"))?;
-        let numbers = |key: &str| -> Option<DVec3> {
-            let list = record.get("ray")?.get(key)?.as_array()?;
-            let list: Vec<f64> = list.iter().filter_map(Value::as_f64).collect();
-            <[f64; 3]>::try_from(list).ok().map(DVec3::from)
-        };
-        // The recorded direction is unit but for rounding, which normalising again would change.
-        let ray = numbers("origin_mm").zip(numbers("direction")).map(|(o, direction)| Ray { origin: WorldPoint(o), direction });
-        let ray = ray.filter(|r| r.origin.0.is_finite() && (r.direction.length() - 1.0).abs() < 1e-9);
-        let ray = ray.ok_or(format!("{name} has no ray; its origin_mm and direction are needed"))?;
+        let ray = ray_of(record).ok_or(format!("{name} has no ray; its origin_mm and direction are needed"))?;
         let (opened, mut notes) = self.open(&origin, folder).map_err(|e| e.to_string())?;
         if origin.program != PROGRAM {
             notes.push(format!("{name} was made by {}", origin.program));

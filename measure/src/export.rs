@@ -113,6 +113,26 @@ pub fn csv_rows(ray: usize, d: &DifferenceRay) -> String {
     out
 }
 
+/// What 3D Slicer's markups JSON v1.0.3 follows.
+pub(crate) const MARKUPS_SCHEMA: &str =
+    "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/Resources/Schema/markups-schema-v1.0.3.json#";
+
+/// A control point of that form, with number `n` from 1.
+pub(crate) fn control_point(n: usize, label: &str, description: &str, position_mm: [f64; 3]) -> Value {
+    json!({
+        "id": n.to_string(),
+        "label": label,
+        "description": description,
+        "associatedNodeID": "",
+        "position": position_mm,
+        "orientation": [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+        "selected": true,
+        "locked": true,
+        "visibility": true,
+        "positionStatus": "defined",
+    })
+}
+
 /// 3D Slicer's markups JSON v1.0.3, LPS: one Line for each segment of all `rays`.
 pub fn markups(rays: &[DifferenceRay]) -> Value {
     let mut lines = Vec::new();
@@ -124,27 +144,14 @@ pub fn markups(rays: &[DifferenceRay]) -> Value {
         }
     }
     json!({
-        "@schema": "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/Resources/Schema/markups-schema-v1.0.3.json#",
+        "@schema": MARKUPS_SCHEMA,
         "markups": lines,
     })
 }
 
 fn markup_line(d: &DifferenceRay, label: &str, s: &Segment) -> Value {
     let at = |t_mm: f64| -> [f64; 3] { std::array::from_fn(|a| d.ray.origin_mm[a] + t_mm * d.ray.direction[a]) };
-    let point = |n: usize, t_mm: f64| {
-        json!({
-            "id": n.to_string(),
-            "label": format!("{label}-{n}"),
-            "description": format!("{t_mm} mm along the ray"),
-            "associatedNodeID": "",
-            "position": at(t_mm),
-            "orientation": [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
-            "selected": true,
-            "locked": true,
-            "visibility": true,
-            "positionStatus": "defined",
-        })
-    };
+    let point = |n: usize, t_mm: f64| control_point(n, &format!("{label}-{n}"), &format!("{t_mm} mm along the ray"), at(t_mm));
     json!({
         "type": "Line",
         "coordinateSystem": "LPS",

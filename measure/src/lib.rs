@@ -2,12 +2,15 @@
 
 mod edge;
 pub mod export;
+pub mod landmarks;
 pub mod mesh;
 mod probe;
+mod profile;
 pub mod thickness;
 
 mod uncertainty;
 
 pub use edge::Edge;
 pub use probe::{CrossingRecord, DifferenceRay, LedgerEntry, RayRecord, Segment, VolumeRecord, iso_tolerance, probe};
+pub use profile::profile;
 pub use uncertainty::Uncertainty;

@@ -8,9 +8,9 @@ const BAR: f32 = 18.0;
 const GAP: f32 = 4.0;
 const AXIS: f32 = 18.0;
 
-/// Shows the bars over the width that is there.
-pub fn show(ui: &mut Ui, found: &Found) {
-    let Some([first, last]) = found.extent_mm() else { return };
+/// Shows the bars over the width that is there, with a line where the mouse is along the ray, here or elsewhere.
+pub fn show(ui: &mut Ui, found: &Found, hovered_mm: &mut Option<f64>) {
+    let Some([from, to]) = found.shown_mm() else { return };
     let count = found.ray.volumes.len() as f32;
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), count * (BAR + GAP) + AXIS), Sense::hover());
     response.widget_info(|| WidgetInfo::labeled(Role::Image, true, "Bone along the ray"));
@@ -20,8 +20,7 @@ pub fn show(ui: &mut Ui, found: &Found) {
         found.volumes().map(|(v, _)| painter.layout_no_wrap(v.name.clone(), font.clone(), ui.visuals().text_color())).collect();
     let widest = names.iter().fold(0.0_f32, |w, g| w.max(g.size().x)).min(rect.width() / 4.0);
     let plot = Rect::from_min_max(pos2(rect.left() + widest + 10.0, rect.top()), rect.max - vec2(12.0, AXIS));
-    let margin = (last - first).max(1e-6) * 0.04;
-    let (from, width) = (first - margin, last - first + 2.0 * margin);
+    let width = to - from;
     let x_of = |t: f64| plot.left() + ((t - from) / width) as f32 * plot.width();
 
     for (n, ((volume, color), name)) in found.volumes().zip(names).enumerate() {
@@ -50,9 +49,12 @@ pub fn show(ui: &mut Ui, found: &Found) {
     }
     axis(ui, plot, from, width);
     if let Some(at) = response.hover_pos().filter(|p| plot.x_range().contains(p.x)) {
-        painter.vline(at.x, plot.y_range(), Stroke::new(1.0, ui.visuals().strong_text_color()));
         let t = from + f64::from((at.x - plot.left()) / plot.width()) * width;
+        *hovered_mm = Some(t);
         response.on_hover_text_at_pointer(format!("{t:.2} mm along the ray"));
+    }
+    if let Some(t) = hovered_mm.filter(|t| (from..=to).contains(t)) {
+        painter.vline(x_of(t), plot.y_range(), Stroke::new(1.0, ui.visuals().strong_text_color()));
     }
 }
 

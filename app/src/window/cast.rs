@@ -1,30 +1,43 @@
 //! The difference ray of a click, and what it finds in the scans as they stand.
 
 use super::history::Work;
-use bregma_measure::{DifferenceRay, Segment, VolumeRecord, probe};
+use super::measured::NamedRay;
+use bregma_measure::{DifferenceRay, Segment, VolumeRecord, probe, profile};
 use bregma_renderer::{Layer, Ray};
 use egui::Color32;
 
-/// What the ray meets in the visible volumes.
+/// What a ray meets in the visible volumes.
 #[derive(Clone, Debug)]
 pub struct Found {
     /// The measurement.
     pub ray: DifferenceRay,
     /// Colour of each of its volumes.
     pub colors: Vec<Color32>,
+    /// The density along it in each of them: mm and value.
+    pub profiles: Vec<Vec<[f64; 2]>>,
     of: (Vec<Layer>, Ray),
 }
 
 impl Found {
-    /// Measures along the work's ray; reuses `known` while nothing that it depends on changed.
-    pub fn refresh(known: Option<Self>, work: &Work) -> Result<Option<Self>, String> {
-        let Some(ray) = work.ray else { return Ok(None) };
-        let of = (work.opened.scene.layers.clone(), ray);
-        if let Some(known) = known.filter(|k| k.of == of) {
-            return Ok(Some(known));
+    /// Measures along all rays of the work; reuses what is `known` of those for which nothing that it depends on changed.
+    pub fn refresh(mut known: Vec<Self>, work: &Work) -> Result<Vec<Self>, String> {
+        let layers = &work.opened.scene.layers;
+        let found = |named: &NamedRay| match known.iter().position(|k| k.of.1 == named.ray && k.of.0 == *layers) {
+            Some(n) => Ok(known.swap_remove(n)),
+            None => Self::of(work, named.ray),
+        };
+        work.measured.rays.iter().map(found).collect()
+    }
+
+    fn of(work: &Work, ray: Ray) -> Result<Self, String> {
+        let layers = work.opened.scene.layers.clone();
+        let colors = layers.iter().filter(|l| l.visible).map(color).collect();
+        let mut found = Self { ray: measure(work, &ray)?, colors, profiles: vec![], of: (layers, ray) };
+        if let Some(extent) = found.shown_mm() {
+            let surfaces = work.opened.scene.surfaces(&work.opened.volumes).map_err(|e| e.to_string())?;
+            found.profiles = surfaces.iter().map(|(_, s)| profile(s, &ray, extent, PROFILE_POINTS)).collect();
         }
-        let colors = of.0.iter().filter(|l| l.visible).map(color).collect();
-        Ok(Some(Self { ray: measure(work, &ray)?, colors, of }))
+        Ok(found)
     }
 
     /// Each volume with its colour.
@@ -42,11 +55,21 @@ impl Found {
         self.segments().map(|s| [s.from_mm, s.to_mm]).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
     }
 
+    /// The stretch that bars and profile show: all bone, and a little beside it.
+    pub fn shown_mm(&self) -> Option<[f64; 2]> {
+        let [first, last] = self.extent_mm()?;
+        let margin = (last - first).max(1e-6) * 0.04;
+        Some([first - margin, last + margin])
+    }
+
     /// The point at `t_mm`.
     pub fn at(&self, t_mm: f64) -> bregma_volume::WorldPoint {
         self.of.1.at(t_mm)
     }
 }
+
+/// Points of a density profile: more than a wide screen has pixels for.
+const PROFILE_POINTS: usize = 1000;
 
 /// The ray of pixel (x, y), begun where it enters the first scan, so that its millimetres count from there; `None` where it
 /// meets no bone.

@@ -1,9 +1,11 @@
 //! File dialogs, which run beside the window, and what is saved.
 
+use super::cast::Found;
 use super::history::Work;
 use crate::input::Session;
 use crate::output::write_whole;
-use bregma_measure::{DifferenceRay, export};
+use crate::record::{Origin, to_json};
+use bregma_measure::{DifferenceRay, export, landmarks};
 use egui::Context;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, channel};
@@ -20,8 +22,10 @@ pub enum Ask {
     Session,
     /// Where to save the picture.
     Picture,
-    /// Where to save the difference ray.
-    Ray,
+    /// Where to save the difference rays.
+    Rays,
+    /// Where to save the landmarks.
+    Landmarks,
 }
 
 /// A dialog on the screen.
@@ -48,11 +52,19 @@ impl Dialog {
                 Ask::Add => dialog.set_title("Add scans").pick_files(),
                 Ask::Session => one(dialog.add_filter("Bregma session", &["json"]).set_file_name("session.json").save_file()),
                 Ask::Picture => one(dialog.add_filter("PNG picture", &["png"]).set_file_name("picture.png").save_file()),
-                Ask::Ray => one(dialog
+                Ask::Landmarks => one(dialog
+                    .add_filter("CSV table", &["csv"])
+                    .add_filter("3D Slicer markups", &["mrk.json"])
+                    .add_filter("3D Slicer fiducials", &["fcsv"])
+                    .add_filter("TPS", &["tps"])
+                    .add_filter("morphologika", &["txt"])
+                    .set_file_name("landmarks.csv")
+                    .save_file()),
+                Ask::Rays => one(dialog
                     .add_filter("CSV table", &["csv"])
                     .add_filter("JSON", &["json"])
                     .add_filter("3D Slicer markups", &["mrk.json"])
-                    .set_file_name("difference-ray.csv")
+                    .set_file_name("difference-rays.csv")
                     .save_file()),
             };
             // The window may have closed meanwhile.
@@ -79,26 +91,66 @@ impl Dialog {
 }
 
 /// Saves scans and scene. Gives what to tell the person.
-pub fn save_session(file: &Path, work: &Work) -> Result<String, String> {
+pub fn save_session(file: &Path, work: &Work, found: &[Found]) -> Result<String, String> {
     let folder = file.parent().unwrap_or(Path::new(""));
-    let text = serde_json::to_string_pretty(&Session::of(&work.opened, folder)).map_err(|e| format!("{}: {e}", file.display()))?;
+    let rays: Vec<DifferenceRay> = found.iter().map(|f| f.ray.clone()).collect();
+    let landmarks = work.measured.landmarks.clone();
+    let session = Session { measurements: records(work, &rays), landmarks, ..Session::of(&work.opened, folder) };
+    let text = serde_json::to_string_pretty(&session).map_err(|e| format!("{}: {e}", file.display()))?;
     save(file, text.as_bytes())
 }
 
-/// Saves the difference ray in the form that the file's name asks for.
-pub fn save_ray(file: &Path, ray: &DifferenceRay) -> Result<String, String> {
-    let name = file.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
-    let pretty = |value: serde_json::Result<String>| value.map_err(|e| format!("{}: {e}", file.display()));
+/// The name in small letters, whose end says the form.
+fn lower_name(file: &Path) -> String {
+    file.file_name().unwrap_or_default().to_string_lossy().to_lowercase()
+}
+
+/// Saves all difference rays in the form that the file's name asks for.
+pub fn save_rays(file: &Path, work: &Work, found: &[Found]) -> Result<String, String> {
+    let name = lower_name(file);
+    let rays: Vec<DifferenceRay> = found.iter().map(|f| f.ray.clone()).collect();
     let text = if name.ends_with(".mrk.json") {
-        pretty(serde_json::to_string_pretty(&export::markups(std::slice::from_ref(ray))))?
+        format!("{:#}\n", export::markups(&rays))
     } else if name.ends_with(".json") {
-        pretty(serde_json::to_string_pretty(ray))?
+        // One record a line, as `bregma probe --rays` writes, so that `bregma verify` reads it.
+        records(work, &rays).iter().map(|record| format!("{record}\n")).collect()
     } else if name.ends_with(".csv") {
-        format!("{}\n{}", export::CSV_HEADER, export::csv_rows(1, ray))
+        let rows = rays.iter().enumerate().map(|(n, ray)| export::csv_rows(n + 1, ray));
+        format!("{}\n{}", export::CSV_HEADER, rows.collect::<String>())
     } else if name.ends_with(".txt") {
-        export::table(ray)
+        rays.iter().map(|ray| export::table(ray) + "\n").collect()
     } else {
         return Err(format!("{}: end the name in .csv, .json, .mrk.json or .txt, so that its form is known", file.display()));
+    };
+    save(file, text.as_bytes())
+}
+
+/// The rays with their names and what they were measured on.
+fn records(work: &Work, rays: &[DifferenceRay]) -> Vec<serde_json::Value> {
+    let origin = Origin::of(&work.opened);
+    work.measured.rays.iter().zip(rays).map(|(named, ray)| to_json(ray, Some(&named.name), origin.as_ref())).collect()
+}
+
+/// Saves all landmarks in the form that the file's name asks for.
+pub fn save_landmarks(file: &Path, work: &Work) -> Result<String, String> {
+    let name = lower_name(file);
+    let points: Vec<landmarks::Named<'_>> = work.measured.landmarks.iter().map(|l| (l.name.as_str(), l.point_mm)).collect();
+    let specimen = work.opened.volumes.first().map_or("", |v| v.name());
+    let text = if name.ends_with(".mrk.json") {
+        format!("{:#}\n", landmarks::markups(&points))
+    } else if name.ends_with(".fcsv") {
+        landmarks::fcsv(&points)
+    } else if name.ends_with(".tps") {
+        landmarks::tps(&points, specimen)
+    } else if name.ends_with(".txt") {
+        landmarks::morphologika(&points, specimen)
+    } else if name.ends_with(".csv") {
+        landmarks::csv(&points)
+    } else {
+        return Err(format!(
+            "{}: end the name in .csv, .mrk.json, .fcsv, .tps or .txt (morphologika), so that its form is known",
+            file.display()
+        ));
     };
     save(file, text.as_bytes())
 }
@@ -118,8 +170,9 @@ fn saved(file: &Path) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::measured::Measured;
     use super::*;
-    use bregma_measure::probe;
+    use crate::input::Opened;
     use bregma_renderer::Ray;
     use bregma_volume::WorldPoint;
     use glam::DVec3;
@@ -128,16 +181,24 @@ mod tests {
     fn the_name_decides_the_form() {
         let folder = std::env::temp_dir().join(format!("bregma-files-{}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
-        let ray = probe(&[], &[], &Ray { origin: WorldPoint(DVec3::ZERO), direction: DVec3::Z }).unwrap();
-        let written = |name: &str| {
-            let file = folder.join(name);
-            save_ray(&file, &ray).map(|_| std::fs::read_to_string(file).unwrap())
-        };
-        assert!(written("a.mrk.json").unwrap().contains("\"markups\""));
-        assert!(written("a.json").unwrap().contains("\"ledger\""));
-        assert!(written("a.CSV").unwrap().starts_with(export::CSV_HEADER));
-        assert!(written("a.txt").unwrap().starts_with("ray from"));
-        assert!(written("a.doc").unwrap_err().contains("a.doc: end the name in .csv"));
+        let mut work = Work { opened: Opened::new(vec![], vec![]), measured: Measured::default() };
+        work.measured.add_ray(Ray { origin: WorldPoint(DVec3::ZERO), direction: DVec3::Z });
+        work.measured.add_landmark(DVec3::new(1.0, 2.0, 3.0));
+        let found = Found::refresh(vec![], &work).unwrap();
+        let text = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
+        let rays = |name: &str| save_rays(&folder.join(name), &work, &found).map(|_| text(name));
+        assert!(rays("a.mrk.json").unwrap().contains("\"markups\""));
+        assert!(rays("a.json").unwrap().contains("\"name\":\"Ray 1\""));
+        assert!(rays("a.CSV").unwrap().starts_with(export::CSV_HEADER));
+        assert!(rays("a.txt").unwrap().starts_with("ray from"));
+        assert!(rays("a.doc").unwrap_err().contains("a.doc: end the name in .csv"));
+        let points = |name: &str| save_landmarks(&folder.join(name), &work).map(|_| text(name));
+        for (name, begins) in
+            [("b.mrk.json", "{"), ("b.fcsv", "# Markups"), ("b.tps", "LM3=1"), ("b.txt", "[individuals]"), ("b.csv", "name,")]
+        {
+            assert!(points(name).unwrap().starts_with(begins), "{name}");
+        }
+        assert!(points("b.doc").unwrap_err().contains("b.doc: end the name in .csv"));
         std::fs::remove_dir_all(folder).unwrap();
     }
 }

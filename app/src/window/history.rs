@@ -1,23 +1,26 @@
 //! Undo and redo: a stack of what the person made, without the camera.
 
+use super::measured::Measured;
 use super::same_scans;
 use crate::input::Opened;
-use bregma_renderer::{Ray, Scene};
+use bregma_renderer::Scene;
 
 /// What the person works on.
 #[derive(Clone, Debug)]
 pub struct Work {
     /// Scans, layers and view.
     pub opened: Opened,
-    /// The difference ray that was cast last.
-    pub ray: Option<Ray>,
+    /// Rays and landmarks.
+    pub measured: Measured,
 }
 
 impl Work {
     /// Equal but for the camera.
     fn same(&self, other: &Self) -> bool {
         let (a, b) = (&self.opened, &other.opened);
-        same_scans(&a.volumes, &b.volumes) && Scene { camera: b.scene.camera, ..a.scene.clone() } == b.scene && self.ray == other.ray
+        same_scans(&a.volumes, &b.volumes)
+            && Scene { camera: b.scene.camera, ..a.scene.clone() } == b.scene
+            && self.measured == other.measured
     }
 }
 
@@ -92,7 +95,7 @@ mod tests {
 
     #[test]
     fn undo_takes_back_steps_but_not_the_view() {
-        let mut work = Work { opened: Opened::new(vec![], vec![]), ray: None };
+        let mut work = Work { opened: Opened::new(vec![], vec![]), measured: Measured::default() };
         let mut history = History::new(&work);
         work.opened.scene.mode = Mode::Overlay;
         history.record(&work);

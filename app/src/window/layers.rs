@@ -3,6 +3,7 @@
 use super::cast::{bytes, color};
 use super::histogram;
 use super::history::Work;
+use super::measured::Measured;
 use bregma_renderer::{Color, Layer, Mode};
 use bregma_volume::{Unit, Volume};
 use egui::{Align, Button, DragValue, Frame, Label, Layout, RichText, ScrollArea, Slider, SliderClamping, Ui};
@@ -54,7 +55,7 @@ fn remove(work: &mut Work, n: usize) {
     opened.volumes.remove(n);
     opened.scene.layers.remove(n);
     if opened.volumes.is_empty() {
-        work.ray = None;
+        work.measured = Measured::default();
     }
 }
 
@@ -150,7 +151,8 @@ fn unit(unit: Unit) -> &'static str {
     }
 }
 
-fn color_button(ui: &mut Ui, color: &mut Color, name: &str) -> bool {
+/// A colour that can be changed; whether it was.
+pub fn color_button(ui: &mut Ui, color: &mut Color, name: &str) -> bool {
     let mut srgb = bytes(*color);
     let changed = ui.color_edit_button_srgb(&mut srgb).on_hover_text(name).accessible_name(name).changed();
     if changed {

@@ -1,7 +1,9 @@
 //! What is drawn over the picture: anatomical directions, the scale bar, the difference ray.
 
-use super::cast::Found;
+use super::cast::{Found, bytes};
+use super::measured::NamedRay;
 use super::navigate::{anatomical, mm_per_pixel};
+use crate::input::Landmark;
 use bregma_renderer::{Camera, Projection};
 use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Sense, Stroke, Ui, Vec2, vec2};
 use glam::DVec3;
@@ -107,6 +109,36 @@ pub fn round_down(x: f64) -> f64 {
     [5.0, 2.0, 1.0].into_iter().find(|m| m * decade <= x).unwrap_or(1.0) * decade
 }
 
+/// A ray that is not selected: a thin line in its colour, and its name.
+pub fn other_ray(painter: &Painter, screen: &Screen<'_>, found: &Found, named: &NamedRay) {
+    let (Some(first), Some(last), Some([enter, _])) = (found.ray.ledger.first(), found.ray.ledger.last(), found.extent_mm()) else {
+        return;
+    };
+    let color = of(named.color);
+    if let Some(ends) = screen.line([found.at(first.from_mm).0, found.at(last.to_mm).0]) {
+        line(painter, ends, 1.0, color);
+    }
+    if let Some(hit) = screen.point(found.at(enter).0) {
+        dot(painter, hit, 4.0, color);
+        text(painter, hit + vec2(8.0, 0.0), Align2::LEFT_CENTER, &named.name, 13.0);
+    }
+}
+
+/// Where the mouse is along the selected ray, in a bar or the profile.
+pub fn hovered(painter: &Painter, screen: &Screen<'_>, found: &Found, t_mm: f64) {
+    if let Some(at) = screen.point(found.at(t_mm).0) {
+        dot(painter, at, 5.0, Color32::WHITE);
+    }
+}
+
+/// A landmark.
+pub fn landmark(painter: &Painter, screen: &Screen<'_>, landmark: &Landmark) {
+    if let Some(at) = screen.point(landmark.point_mm) {
+        painter.circle(at, 4.0, Color32::WHITE, Stroke::new(2.0, Color32::from_rgb(200, 30, 30)));
+        text(painter, at + vec2(8.0, -8.0), Align2::LEFT_CENTER, &landmark.name, 13.0);
+    }
+}
+
 /// The difference ray where it lies in the world: a thin line through the scans, and beside it the bone stretches of each
 /// volume with their lengths. Seen from its own eye it is a dot.
 pub fn ray(painter: &Painter, screen: &Screen<'_>, found: &Found) {
@@ -145,6 +177,11 @@ pub fn ray(painter: &Painter, screen: &Screen<'_>, found: &Found) {
             }
         }
     }
+}
+
+fn of(color: bregma_renderer::Color) -> Color32 {
+    let [r, g, b] = bytes(color);
+    Color32::from_rgb(r, g, b)
 }
 
 fn dot(painter: &Painter, at: Pos2, radius: f32, color: Color32) {

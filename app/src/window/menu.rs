@@ -1,5 +1,6 @@
 //! Everything that a menu or a key can ask for.
 
+use super::measured::Tool;
 use super::navigate::Side;
 use egui::{Button, Context, Grid, Key, KeyboardShortcut, MenuBar, Modifiers, RichText, Ui};
 
@@ -22,8 +23,10 @@ pub enum Command {
     Undo,
     /// Take it again.
     Redo,
-    /// Remove the difference ray.
+    /// Remove the selected difference ray.
     ClearRay,
+    /// What a click does.
+    Take(Tool),
     /// The whole of the scans from a side.
     Look(Side),
     /// Between perspective and orthographic.
@@ -43,7 +46,7 @@ const CTRL_SHIFT: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
 /// An entry of a menu: what it does, its name, its keys.
 type Entry = (Command, &'static str, &'static [(Modifiers, Key)]);
 
-const MENUS: [(&str, &[Entry]); 3] = [
+const MENUS: [(&str, &[Entry]); 4] = [
     (
         "File",
         &[
@@ -60,7 +63,16 @@ const MENUS: [(&str, &[Entry]); 3] = [
         &[
             (Command::Undo, "Undo", &[(CTRL, Key::Z)]),
             (Command::Redo, "Redo", &[(CTRL_SHIFT, Key::Z), (CTRL, Key::Y)]),
-            (Command::ClearRay, "Clear the difference ray", &[(NONE, Key::Delete)]),
+            (Command::ClearRay, "Delete the difference ray", &[(NONE, Key::Delete)]),
+        ],
+    ),
+    (
+        "Measure",
+        &[
+            (Command::Take(Tool::View), "Ray along the view", &[(NONE, Key::R)]),
+            (Command::Take(Tool::Normal), "Ray along the normal", &[(NONE, Key::N)]),
+            (Command::Take(Tool::Points), "Ray through two points", &[(NONE, Key::T)]),
+            (Command::Take(Tool::Landmark), "Landmark", &[(NONE, Key::L)]),
         ],
     ),
     (
@@ -82,7 +94,7 @@ const MOUSE: [(&str, &str); 6] = [
     ("Middle-drag or Shift + left-drag", "move"),
     ("Right-drag or wheel", "zoom"),
     ("Ctrl + left-drag", "roll"),
-    ("Click on bone", "cast the difference ray"),
+    ("Click on bone", "measure with the chosen tool"),
     ("Drop files", "add scans"),
 ];
 

@@ -12,6 +12,7 @@ mod job;
 mod layers;
 mod loading;
 mod marks;
+mod measured;
 mod menu;
 mod navigate;
 mod notices;
@@ -30,6 +31,7 @@ use egui::{Align, CentralPanel, Context, Frame, Layout, Panel, Rect, Ui, Viewpor
 use files::{Ask, Dialog};
 use history::{History, Work};
 use loading::Loading;
+use measured::{Measured, Tool};
 use menu::Command;
 use notices::Notices;
 use painter::Painter;
@@ -67,7 +69,9 @@ pub fn run(start: Start) -> Result<(), eframe::Error> {
 pub struct Workstation {
     work: Work,
     history: History,
-    found: Option<Found>,
+    found: Vec<Found>,
+    /// Where the mouse is along the selected ray, mm.
+    hovered_mm: Option<f64>,
     view: View,
     painter: Painter,
     loading: Option<Loading>,
@@ -80,7 +84,7 @@ impl Workstation {
     /// The window that begins with `start`.
     pub fn new(cc: &eframe::CreationContext<'_>, start: Start) -> Self {
         theme::apply(&cc.egui_ctx);
-        let work = Work { opened: Opened::new(vec![], vec![]), ray: None };
+        let work = Work { opened: Opened::new(vec![], vec![]), measured: Measured::default() };
         let loading = match start {
             Start::Demo => Some(Loading::demo(&cc.egui_ctx)),
             Start::Files(sources) if sources.is_empty() => None,
@@ -89,7 +93,7 @@ impl Workstation {
         let history = History::new(&work);
         let painter = Painter::new(&cc.egui_ctx);
         let (view, notices, chart) = (View::default(), Notices::default(), ChartPanel::default());
-        Self { work, history, found: None, view, painter, loading, dialog: None, notices, chart }
+        Self { work, history, found: vec![], hovered_mm: None, view, painter, loading, dialog: None, notices, chart }
     }
 
     /// Scans are on their way in.
@@ -129,7 +133,7 @@ impl Workstation {
 
     /// What the difference ray found.
     pub fn difference_ray(&self) -> Option<&DifferenceRay> {
-        self.found.as_ref().map(|f| &f.ray)
+        self.found.get(self.work.measured.selected).map(|f| &f.ray)
     }
 
     fn is_empty(&self) -> bool {
@@ -176,7 +180,8 @@ impl Workstation {
             self.work.opened.add(opened);
             return;
         }
-        self.work = Work { opened, ray: None };
+        let measured = Measured::of(&opened);
+        self.work = Work { opened, measured };
         // Undo does not lead back into scans that were closed, so that their memory is free.
         self.history = History::new(&self.work);
     }
@@ -194,9 +199,10 @@ impl Workstation {
         let gone = |what| format!("The {what} went away while the dialog was open: nothing was saved.");
         let result = match ask {
             Ask::Open | Ask::Add => return self.load(ctx, paths, ask == Ask::Add),
-            Ask::Session => files::save_session(&paths[0], &self.work),
+            Ask::Session => files::save_session(&paths[0], &self.work, &self.found),
             Ask::Picture => self.picture().map_or(Err(gone("picture")), |picture| files::save_picture(&paths[0], picture)),
-            Ask::Ray => self.difference_ray().map_or(Err(gone("ray")), |ray| files::save_ray(&paths[0], ray)),
+            Ask::Rays => files::save_rays(&paths[0], &self.work, &self.found),
+            Ask::Landmarks => files::save_landmarks(&paths[0], &self.work),
         };
         match result {
             Ok(text) => self.notices.note(text),
@@ -215,7 +221,8 @@ impl Workstation {
             Command::SavePicture => !self.is_empty() && self.painter.is_settled() && self.dialog.is_none(),
             Command::Undo => self.history.can_undo(),
             Command::Redo => self.history.can_redo(),
-            Command::ClearRay => self.work.ray.is_some(),
+            Command::ClearRay => !self.work.measured.rays.is_empty(),
+            Command::Take(_) => !self.is_empty(),
             Command::Look(_) | Command::Projection | Command::Fit => !self.is_empty(),
             Command::Chart => !self.is_empty(),
             Command::Exact => self.work.opened.scene.solver != Solver::Exact,
@@ -236,7 +243,8 @@ impl Workstation {
             Command::Quit => ctx.send_viewport_cmd(ViewportCommand::Close),
             Command::Undo => self.history.undo(&mut self.work),
             Command::Redo => self.history.redo(&mut self.work),
-            Command::ClearRay => self.work.ray = None,
+            Command::ClearRay => self.work.measured.remove_ray(),
+            Command::Take(tool) => self.view.tool = tool,
             Command::Chart => self.chart.open = !self.chart.open,
             Command::Exact => self.work.opened.scene.solver = Solver::Exact,
             Command::Look(side) => navigate::look_from(camera, &bounds, side),
@@ -268,15 +276,15 @@ impl Workstation {
     /// The picture, or what to do while there is none.
     fn central_ui(&mut self, ui: &mut Ui) -> Option<Command> {
         if !self.is_empty() {
-            let ray = self.work.ray;
-            match self.view.show(ui, &mut self.work, self.found.as_ref()) {
+            let before = self.work.measured.clone();
+            match self.view.show(ui, &mut self.work, &self.found, self.hovered_mm) {
                 Ok(size) => {
                     let resting = self.view.is_resting(ui.ctx());
                     self.painter.want(&self.work.opened.volumes, &self.work.opened.scene, size, resting);
                 }
                 Err(text) => self.notices.note(text),
             }
-            if self.work.ray != ray {
+            if self.work.measured != before {
                 self.notices.forget_notes();
             }
             return None;
@@ -304,7 +312,18 @@ impl eframe::App for Workstation {
         let ctx = ui.ctx().clone();
         self.collect(&ctx);
         let mut command = menu::pressed(&ctx, |c| self.allows(c));
-        Panel::top("menu").show(ui, |ui| command = menu::show(ui, |c| self.allows(c)).or(command));
+        Panel::top("menu").show(ui, |ui| {
+            command = menu::show(ui, |c| self.allows(c)).or(command);
+            if !self.is_empty() {
+                ui.horizontal(|ui| {
+                    ui.weak("A click:");
+                    for tool in Tool::ALL {
+                        let [name, what] = tool.text();
+                        ui.selectable_value(&mut self.view.tool, tool, name).on_hover_text(what);
+                    }
+                });
+            }
+        });
         if let Some(command) = command {
             self.obey(&ctx, command);
         }
@@ -323,19 +342,20 @@ impl eframe::App for Workstation {
                 layers::show(ui, &mut self.work);
             });
         }
-        match Found::refresh(self.found.take(), &self.work) {
+        match Found::refresh(std::mem::take(&mut self.found), &self.work) {
             Ok(found) => self.found = found,
             Err(text) => self.notices.error(text),
         }
-        if let Some(found) = &self.found {
-            let wish = Panel::bottom("ray").resizable(true).default_size(244.0).size_range(110.0..=600.0).show(ui, |ui| {
+        self.hovered_mm = None;
+        let measured = &mut self.work.measured;
+        if !(measured.rays.is_empty() && measured.landmarks.is_empty()) {
+            let wish = Panel::bottom("ray").resizable(true).default_size(260.0).size_range(110.0..=640.0).show(ui, |ui| {
                 ui.add_space(4.0);
-                probe_panel::show(ui, found)
+                probe_panel::show(ui, measured, &self.found, &mut self.hovered_mm)
             });
-            match wish.inner {
-                Some(probe_panel::Wish::Save) if self.dialog.is_none() => self.dialog = Some(Dialog::open(&ctx, Ask::Ray)),
-                Some(probe_panel::Wish::Clear) => self.work.ray = None,
-                _ => {}
+            if let Some(wish) = wish.inner.filter(|_| self.dialog.is_none()) {
+                let ask = if wish == probe_panel::Wish::SaveRays { Ask::Rays } else { Ask::Landmarks };
+                self.dialog = Some(Dialog::open(&ctx, ask));
             }
         }
         let frame = Frame::NONE.fill(ui.visuals().extreme_bg_color);

@@ -2,52 +2,183 @@
 
 use super::bars;
 use super::cast::Found;
+use super::layers::{color_button, line};
+use super::measured::Measured;
 use bregma_measure::{LedgerEntry, Uncertainty, VolumeRecord, export};
 use bregma_volume::Unit;
-use egui::{Align, Color32, Grid, Layout, RichText, ScrollArea, Ui};
+use egui::{Align, Color32, Grid, Layout, Panel, RichText, Role, ScrollArea, TextEdit, Ui, WidgetInfo, vec2};
+use egui_plot::{Line, LineStyle, Plot, VLine};
 
-/// What the person wants done with the ray.
+/// What the person wants saved.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Wish {
-    /// To a file.
-    Save,
-    /// Away with it.
-    Clear,
+    /// All rays.
+    SaveRays,
+    /// All landmarks.
+    SaveLandmarks,
 }
 
-/// Shows what the ray found.
-pub fn show(ui: &mut Ui, found: &Found) -> Option<Wish> {
+/// Shows the list of rays and landmarks, and what the selected ray found.
+pub fn show(ui: &mut Ui, measured: &mut Measured, found: &[Found], hovered_mm: &mut Option<f64>) -> Option<Wish> {
+    let mut wish = None;
+    let list = Panel::left("measured").default_size(210.0).size_range(150.0..=400.0);
+    list.show(ui, |ui| {
+        ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+            if !measured.rays.is_empty() {
+                wish = rays(ui, measured);
+            }
+            if !measured.landmarks.is_empty() {
+                ui.add_space(6.0);
+                wish = landmarks(ui, measured).or(wish);
+            }
+        });
+    });
+    if let Some(found) = found.get(measured.selected) {
+        selected(ui, found, hovered_mm);
+    }
+    wish
+}
+
+fn rays(ui: &mut Ui, measured: &mut Measured) -> Option<Wish> {
     let mut wish = None;
     ui.horizontal(|ui| {
-        ui.heading("Difference ray");
-        ui.weak("distances from where the ray enters the first scan");
+        ui.label(RichText::new("Difference rays").strong());
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            if ui.button("Clear").on_hover_text("Remove the ray").clicked() {
-                wish = Some(Wish::Clear);
+            if ui.button("Save rays…").on_hover_text("As CSV, JSON, or 3D Slicer markups").clicked() {
+                wish = Some(Wish::SaveRays);
             }
-            if ui.button("Save…").on_hover_text("As CSV, JSON, or 3D Slicer markups").clicked() {
-                wish = Some(Wish::Save);
+        });
+    });
+    let mut removed = false;
+    for n in 0..measured.rays.len() {
+        ui.push_id(n, |ui| {
+            line(ui, |ui| {
+                let name = measured.rays[n].name.clone();
+                let is_selected = measured.selected == n;
+                if ui.small_button("×").on_hover_text("Delete").accessible_name(format!("Delete {name}")).clicked() {
+                    measured.selected = n;
+                    removed = true;
+                }
+                ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+                    color_button(ui, &mut measured.rays[n].color, &format!("Colour of {name}"));
+                    if is_selected {
+                        let edit = TextEdit::singleline(&mut measured.rays[n].name).desired_width(ui.available_width());
+                        ui.add(edit).accessible_name(format!("Name of {name}"));
+                    } else if ui.selectable_label(false, &name).on_hover_text("Show its numbers").clicked() {
+                        measured.selected = n;
+                    }
+                });
+            });
+        });
+    }
+    if removed {
+        measured.remove_ray();
+    }
+    wish
+}
+
+fn landmarks(ui: &mut Ui, measured: &mut Measured) -> Option<Wish> {
+    let mut wish = None;
+    ui.horizontal(|ui| {
+        ui.label(RichText::new("Landmarks").strong());
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            if ui.button("Save landmarks…").on_hover_text("As CSV, 3D Slicer markups or .fcsv, TPS or morphologika").clicked() {
+                wish = Some(Wish::SaveLandmarks);
             }
+        });
+    });
+    let mut removed = None;
+    let before: Vec<_> = measured.landmarks.iter().map(|l| (l.name.clone(), l.point_mm)).collect();
+    for (n, landmark) in measured.landmarks.iter_mut().enumerate() {
+        ui.push_id(("landmark", n), |ui| {
+            line(ui, |ui| {
+                let name = landmark.name.clone();
+                if ui.small_button("×").on_hover_text("Delete").accessible_name(format!("Delete {name}")).clicked() {
+                    removed = Some(n);
+                }
+                ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+                    ui.add(TextEdit::singleline(&mut landmark.name).desired_width(60.0)).accessible_name(format!("Name of {name}"));
+                    let p = landmark.point_mm;
+                    // Distance to the landmark before, and the angle there between the two before and this one.
+                    let text = match n.checked_sub(1).map(|m| &before[m]) {
+                        None => String::new(),
+                        Some((to, q)) => format!("{:.2} mm to {to}", p.distance(*q)),
+                    };
+                    let mut hover = format!("{:.4}, {:.4}, {:.4} mm (LPS)", p.x, p.y, p.z);
+                    for (to, q) in before.iter().filter(|(to, _)| *to != name) {
+                        hover += &format!("\n{:.3} mm to {to}", p.distance(*q));
+                    }
+                    if n >= 2 {
+                        let ((a, p0), (b, p1)) = (&before[n - 2], &before[n - 1]);
+                        hover += &format!("\n{:.2}° at {b} between {a} and {name}", (*p0 - *p1).angle_between(p - *p1).to_degrees());
+                    }
+                    ui.weak(text).on_hover_text(hover);
+                });
+            });
+        });
+    }
+    if let Some(n) = removed {
+        measured.landmarks.remove(n);
+    }
+    wish
+}
+
+fn selected(ui: &mut Ui, found: &Found, hovered_mm: &mut Option<f64>) {
+    ui.horizontal(|ui| {
+        ui.heading("Difference ray");
+        ui.weak("distances from where the ray begins");
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             if ui.button("Copy as text").clicked() {
                 ui.ctx().copy_text(export::table(&found.ray));
             }
         });
     });
     ui.add_space(2.0);
-    bars::show(ui, found);
+    bars::show(ui, found, hovered_mm);
     ScrollArea::both().auto_shrink([false, false]).show(ui, |ui| {
         ui.horizontal_top(|ui| {
             ui.spacing_mut().item_spacing.x = 26.0;
             for (n, (volume, color)) in found.volumes().enumerate() {
-                ui.push_id(n, |ui| ui.vertical(|ui| segments(ui, volume, color)));
+                ui.push_id(n, |ui| ui.vertical(|ui| segments(ui, volume, color, hovered_mm)));
             }
             ui.vertical(|ui| ledger(ui, found));
         });
+        profile(ui, found, hovered_mm);
     });
-    wish
 }
 
-fn segments(ui: &mut Ui, volume: &VolumeRecord, color: Color32) {
+/// The density along the ray in each volume, with its isovalue.
+fn profile(ui: &mut Ui, found: &Found, hovered_mm: &mut Option<f64>) {
+    let Some([from, to]) = found.shown_mm() else { return };
+    let line_at = |value: f64, color: Color32| {
+        Line::new("", vec![[from, value], [to, value]]).color(color.gamma_multiply(0.6)).style(LineStyle::dashed_dense())
+    };
+    let plot = Plot::new("profile")
+        .height(150.0)
+        .show_grid([true, true])
+        .allow_drag(false)
+        .allow_zoom(false)
+        .allow_scroll(false)
+        .allow_boxed_zoom(false);
+    let plot =
+        plot.include_x(from).include_x(to).x_axis_label("mm along the ray").y_axis_label("density").set_margin_fraction(vec2(0.0, 0.05));
+    let shown = plot.show(ui, |plot| {
+        for ((volume, color), points) in found.volumes().zip(&found.profiles) {
+            plot.line(line_at(volume.iso, color));
+            plot.line(Line::new(volume.name.clone(), points.clone()).color(color).width(1.5));
+        }
+        if let Some(t) = *hovered_mm {
+            plot.vline(VLine::new("", t).color(Color32::GRAY));
+        }
+        plot.pointer_coordinate().map(|p| p.x)
+    });
+    shown.response.widget_info(|| WidgetInfo::labeled(Role::Image, true, "Density along the ray"));
+    if shown.response.hovered() {
+        *hovered_mm = shown.inner.filter(|t| (from..=to).contains(t));
+    }
+}
+
+fn segments(ui: &mut Ui, volume: &VolumeRecord, color: Color32, hovered_mm: &mut Option<f64>) {
     ui.spacing_mut().item_spacing.x = 6.0;
     let unit = match volume.unit {
         Unit::Hounsfield => " HU",
@@ -70,10 +201,16 @@ fn segments(ui: &mut Ui, volume: &VolumeRecord, color: Color32) {
         ui.weak("oblique").on_hover_text("Angle between the ray and the bone's normal, the larger of both ends");
         ui.end_row();
         for (n, s) in volume.segments.iter().enumerate() {
-            right(ui, RichText::new(format!("{}", n + 1)));
+            let is_pointed_at = hovered_mm.is_some_and(|t| (s.from_mm..=s.to_mm).contains(&t));
+            let number = RichText::new(format!("{}", n + 1));
+            right(ui, if is_pointed_at { number.strong().background_color(ui.visuals().selection.bg_fill) } else { number });
             right(ui, RichText::new(format!("{:.2}", s.from_mm)));
             right(ui, RichText::new(format!("{:.2}", s.to_mm)));
-            right(ui, RichText::new(format!("{:.2}", s.length_mm)).strong());
+            let length =
+                ui.with_layout(Layout::right_to_left(Align::Center), |ui| ui.label(RichText::new(format!("{:.2}", s.length_mm)).strong()));
+            if length.inner.hovered() {
+                *hovered_mm = Some(0.5 * (s.from_mm + s.to_mm));
+            }
             let parts = parts(&s.uncertainty, volume.iso_tolerance, unit);
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 ui.label(format!("{:.2}", s.uncertainty.error_mm)).on_hover_text(parts);

@@ -3,8 +3,10 @@
 use super::cast::{Found, cast};
 use super::history::Work;
 use super::marks::{self, Screen};
+use super::measured::{Tool, landmark_at, normal_ray, picked};
 use super::navigate;
 use super::painter::Painted;
+use bregma_renderer::Ray;
 use egui::emath::GuiRounding;
 use egui::{Color32, PointerButton, Pos2, Rect, Response, Role, Sense, TextureHandle, TextureOptions, Ui, WidgetInfo};
 use std::f64::consts::PI;
@@ -17,6 +19,10 @@ pub struct View {
     pub painted: Option<Painted>,
     /// Its place on the screen, in points.
     pub rect: Option<Rect>,
+    /// What a click does.
+    pub tool: Tool,
+    /// The first of two clicked points.
+    first_point: Option<bregma_volume::WorldPoint>,
     /// When the mouse last moved the view or a layer changed, in the window's seconds.
     moved_at: f64,
 }
@@ -38,7 +44,7 @@ impl View {
     }
 
     /// Shows the picture and lets the mouse work on it. Gives its size in pixels; `Err` is a sentence for the person.
-    pub fn show(&mut self, ui: &mut Ui, work: &mut Work, found: Option<&Found>) -> Result<[u32; 2], String> {
+    pub fn show(&mut self, ui: &mut Ui, work: &mut Work, found: &[Found], hovered_mm: Option<f64>) -> Result<[u32; 2], String> {
         let pixels_per_point = ui.pixels_per_point();
         let rect = ui.available_rect_before_wrap().round_to_pixels(pixels_per_point);
         let size = [rect.width(), rect.height()].map(|n| (n * pixels_per_point).round().max(1.0) as u32);
@@ -52,7 +58,7 @@ impl View {
         if response.clicked_by(PointerButton::Primary)
             && let Some(at) = response.interact_pointer_pos()
         {
-            told = click(work, rect, size, at).map(|()| size);
+            told = self.click(work, rect, size, at).map(|()| size);
         }
         if self.navigate(ui, &response, work, rect) {
             self.moved_at = ui.ctx().time();
@@ -64,9 +70,17 @@ impl View {
             painter.image(texture.id(), rect, whole, Color32::WHITE);
         }
         let screen = Screen { camera: &work.opened.scene.camera, rect, size };
-        if let Some(found) = found {
-            marks::ray(&painter, &screen, found);
+        let measured = &work.measured;
+        for (_, (named, found)) in measured.rays.iter().zip(found).enumerate().filter(|(n, _)| *n != measured.selected) {
+            marks::other_ray(&painter, &screen, found, named);
         }
+        if let Some(found) = found.get(measured.selected) {
+            marks::ray(&painter, &screen, found);
+            if let Some(t_mm) = hovered_mm {
+                marks::hovered(&painter, &screen, found, t_mm);
+            }
+        }
+        measured.landmarks.iter().for_each(|landmark| marks::landmark(&painter, &screen, landmark));
         marks::directions(&painter, &screen);
         marks::scale_bar(ui, &screen);
         told
@@ -108,14 +122,38 @@ impl View {
         }
         *camera != before
     }
+
+    /// What the tool does at a point of the screen.
+    fn click(&mut self, work: &mut Work, rect: Rect, size: [u32; 2], at: Pos2) -> Result<(), String> {
+        let (x, y) = Screen { camera: &work.opened.scene.camera, rect, size }.pixel(at);
+        // A missed click costs no measurement.
+        let missed = || "No bone there: click on a surface.".to_owned();
+        if self.tool == Tool::View {
+            let ray = cast(work, x, y, size)?.ok_or("No bone there: click on a surface to cast the difference ray through it.")?;
+            work.measured.add_ray(ray);
+            return Ok(());
+        }
+        let (surface, point) = picked(work, &work.opened.scene.camera.ray(x, y, size[0], size[1]))?.ok_or_else(missed)?;
+        match self.tool {
+            Tool::Normal => {
+                work.measured.add_ray(normal_ray(&surface, point).ok_or("The surface has no direction there: click beside it.")?)
+            }
+            Tool::Landmark => work.measured.add_landmark(landmark_at(&surface, point)),
+            _ => match self.first_point.take() {
+                None => {
+                    self.first_point = Some(point);
+                    return Err("Now click on the second point.".into());
+                }
+                Some(first) => {
+                    let ray = Ray::new(first, point.0 - first.0).ok_or("The two points are one: click on another.")?;
+                    // From a little before the first point, so that the surface there is seen.
+                    work.measured.add_ray(Ray { origin: ray.at(-POINTS_BEFORE_MM), ..ray });
+                }
+            },
+        }
+        Ok(())
+    }
 }
 
-fn click(work: &mut Work, rect: Rect, size: [u32; 2], at: Pos2) -> Result<(), String> {
-    let (x, y) = Screen { camera: &work.opened.scene.camera, rect, size }.pixel(at);
-    match cast(work, x, y, size)? {
-        Some(ray) => work.ray = Some(ray),
-        // A missed click costs no measurement.
-        None => return Err("No bone there: click on a surface to cast the difference ray through it.".into()),
-    }
-    Ok(())
-}
+/// See [`View::click`].
+const POINTS_BEFORE_MM: f64 = 2.0;

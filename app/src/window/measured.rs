@@ -1,0 +1,125 @@
+//! What the person measures: named rays, and landmarks on the surface; and the tool that a click is.
+
+use super::history::Work;
+use crate::input::{Landmark, Opened};
+use bregma_measure::mesh::onto_surface;
+use bregma_renderer::{Color, Ray, Surface, reference};
+use bregma_volume::WorldPoint;
+use glam::DVec3;
+
+/// A difference ray with its name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedRay {
+    /// What the person calls it.
+    pub name: String,
+    /// Its colour in the picture and the list.
+    pub color: Color,
+    /// Where it lies.
+    pub ray: Ray,
+}
+
+/// Everything that was measured.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Measured {
+    /// Difference rays.
+    pub rays: Vec<NamedRay>,
+    /// Number of the ray whose numbers are shown.
+    pub selected: usize,
+    /// Landmarks.
+    pub landmarks: Vec<Landmark>,
+}
+
+/// What a click on bone does.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Tool {
+    /// Casts a ray along the view.
+    #[default]
+    View,
+    /// Casts a ray along the surface's inward normal.
+    Normal,
+    /// Casts a ray from the first to the second of two clicks.
+    Points,
+    /// Sets a landmark.
+    Landmark,
+}
+
+impl Tool {
+    /// All, in the order of the tool bar.
+    pub const ALL: [Self; 4] = [Self::View, Self::Normal, Self::Points, Self::Landmark];
+
+    /// Its name, and what it does.
+    pub fn text(self) -> [&'static str; 2] {
+        match self {
+            Self::View => ["Ray", "A click casts the difference ray along the view"],
+            Self::Normal => ["Normal ray", "A click casts the difference ray straight into the surface, along its normal"],
+            Self::Points => ["Ray through two points", "Two clicks on bone cast the difference ray through both points"],
+            Self::Landmark => ["Landmark", "A click sets a landmark on the surface"],
+        }
+    }
+}
+
+/// Okabe and Ito's colours (2008), which the colour-blind tell apart, without those of the scans.
+const COLORS: [[f32; 3]; 5] = [[1.0, 0.84, 0.31], [0.9, 0.62, 0.0], [0.34, 0.71, 0.91], [0.0, 0.62, 0.45], [0.84, 0.37, 0.0]];
+
+impl Measured {
+    /// What a session brought.
+    pub fn of(opened: &Opened) -> Self {
+        let mut measured = Self { landmarks: opened.landmarks.clone(), ..Self::default() };
+        for record in &opened.measurements {
+            if let Some(ray) = crate::record::ray_of(record) {
+                measured.add_ray(ray);
+                if let (Some(name), Some(last)) = (record.get("name").and_then(|n| n.as_str()), measured.rays.last_mut()) {
+                    last.name = name.to_owned();
+                }
+            }
+        }
+        measured
+    }
+
+    /// Adds a ray under the next free name, and selects it.
+    pub fn add_ray(&mut self, ray: Ray) {
+        let free = |n: &usize| !self.rays.iter().any(|r| r.name == format!("Ray {n}"));
+        let n = (1..).find(free).unwrap_or(1);
+        self.rays.push(NamedRay { name: format!("Ray {n}"), color: Color(COLORS[(n - 1) % COLORS.len()]), ray });
+        self.selected = self.rays.len() - 1;
+    }
+
+    /// Removes the selected ray.
+    pub fn remove_ray(&mut self) {
+        if self.selected < self.rays.len() {
+            self.rays.remove(self.selected);
+            self.selected = self.selected.min(self.rays.len().saturating_sub(1));
+        }
+    }
+
+    /// Adds a landmark under the next free name.
+    pub fn add_landmark(&mut self, point_mm: DVec3) {
+        let free = |n: &usize| !self.landmarks.iter().any(|l| l.name == format!("L{n}"));
+        let n = (1..).find(free).unwrap_or(1);
+        self.landmarks.push(Landmark { name: format!("L{n}"), point_mm });
+    }
+}
+
+/// The point of the nearest visible surface on a ray, with that surface.
+pub fn picked(work: &Work, ray: &Ray) -> Result<Option<(Surface, WorldPoint)>, String> {
+    let surfaces = work.opened.scene.surfaces(&work.opened.volumes).map_err(|e| e.to_string())?;
+    let hits = surfaces.into_iter().filter_map(|(_, s)| reference::first_entry(&s, ray).map(|c| (c.t_mm, s)));
+    let nearest = hits.min_by(|a, b| a.0.total_cmp(&b.0));
+    Ok(nearest.map(|(t_mm, surface)| (surface, ray.at(t_mm))))
+}
+
+/// A normal ray begins so far before the surface, mm: its first bone is the one that was clicked.
+const BEFORE_MM: f64 = 2.0;
+
+/// The ray straight into a surface at a point of it.
+pub fn normal_ray(surface: &Surface, point: WorldPoint) -> Option<Ray> {
+    let normal = reference::smooth_normal(surface, surface.grid.index(point))?;
+    Ray::new(WorldPoint(point.0 + BEFORE_MM * normal), -normal)
+}
+
+/// A picked point brought onto the surface to float64 precision, whatever the way it was picked.
+pub fn landmark_at(surface: &Surface, point: WorldPoint) -> DVec3 {
+    // Half a voxel: the point lies on the surface but for rounding.
+    let reach_mm = 0.5 * surface.grid.spacing_mm().min_element();
+    onto_surface(surface, point, reach_mm).map_or(point.0, |c| surface.grid.world(c.point).0)
+}
