@@ -31,6 +31,12 @@ impl Histogram {
         Self { range, counts }
     }
 
+    /// Counts `sample`, which lies within the range, `count` times more.
+    pub fn add(&mut self, sample: f64, count: u64) {
+        let bin = bin(sample, self.range, self.counts.len());
+        self.counts[bin] += count;
+    }
+
     /// Value at the middle of bin `b`.
     pub fn centre(&self, b: usize) -> f64 {
         self.range[0] + (b as f64 + 0.5) / self.counts.len() as f64 * (self.range[1] - self.range[0])
@@ -66,13 +72,17 @@ impl Histogram {
     }
 }
 
-fn count<T: Sample>(samples: &[T], range: [f64; 2], bins: usize) -> Vec<u64> {
+fn bin(sample: f64, range: [f64; 2], bins: usize) -> usize {
     let width = range[1] - range[0];
     let scale = if width > 0.0 { bins as f64 / width } else { 0.0 };
+    (((sample - range[0]) * scale) as usize).min(bins - 1)
+}
+
+fn count<T: Sample>(samples: &[T], range: [f64; 2], bins: usize) -> Vec<u64> {
     let chunk = |part: &[T]| {
         let mut counts = vec![0_u64; bins];
         for s in part {
-            counts[(((s.to_f64() - range[0]) * scale) as usize).min(bins - 1)] += 1;
+            counts[bin(s.to_f64(), range, bins)] += 1;
         }
         counts
     };

@@ -59,7 +59,7 @@ fn scans_are_read_as_other_programs_read_them() {
 fn a_stated_spacing_replaces_one_without_unit() {
     // Fails if --spacing is ignored for the CThead, or changes a scan that states millimetres.
     let Some(data) = data() else { return };
-    let hints = Hints { spacing_mm: Some(DVec3::new(0.9, 0.9, 1.8)), raw: None };
+    let hints = Hints { spacing_mm: Some(DVec3::new(0.9, 0.9, 1.8)), ..Hints::default() };
     let spacing = |file| open(&data.join(file), &hints, &Progress::default()).unwrap().grid().spacing_mm();
     assert_eq!(spacing("cthead-unc/CThead.nhdr"), DVec3::new(0.9, 0.9, 1.8));
     assert_eq!(spacing("classic/engine_256x256x110_uint8.raw"), DVec3::new(0.9, 0.9, 1.8));
@@ -70,7 +70,7 @@ fn a_stated_spacing_replaces_one_without_unit() {
 fn a_header_and_a_raw_layout_agree() {
     // Fails if --raw and the NRRD header of the same samples read them differently.
     let Some(data) = data() else { return };
-    let hints = Hints { spacing_mm: None, raw: Some("256x256x108,i16".parse().unwrap()) };
+    let hints = Hints { raw: Some("256x256x108,i16".parse().unwrap()), ..Hints::default() };
     let raw = open(&data.join("cranium-invesalius/matrix.dat"), &hints, &Progress::default()).unwrap();
     let nrrd = open(&data.join("cranium-invesalius/Cranium.nhdr"), &Hints::default(), &Progress::default()).unwrap();
     assert_eq!(raw.samples(), nrrd.samples());

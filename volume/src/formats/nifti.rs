@@ -2,16 +2,17 @@
 //!
 //! Fields and orientation follow nifti1.h and nifti2.h of <https://nifti.nimh.nih.gov>; its world is RAS, ours LPS.
 
-use super::decode::{Decoder, Encoding, SampleType, counted, open_file};
-use super::{Format, Hints, MORE_BYTES, ReadError, guess_unit};
-use crate::{Grid, GridError, Progress, Raster};
+use super::decode::{Encoding, SampleType};
+use super::part::{Packing, Part, head_of};
+use super::{Format, Hints, ReadError, Scan, Storage, bad};
+use crate::{Grid, GridError, Progress};
 use flate2::bufread::GzDecoder;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
-use std::io::{Read, Seek};
+use std::io::Read;
 use std::path::Path;
 
 /// The row of the formats.
-pub const FORMAT: Format = Format { name: "NIfTI", sniff, read };
+pub const FORMAT: Format = Format { name: "NIfTI", sniff, scan };
 
 const GZIP_MAGIC: &[u8] = &[0x1f, 0x8b];
 /// Length of a NIfTI-1 header, which is also its first number.
@@ -191,18 +192,12 @@ impl<'a> Header<'a> {
     }
 }
 
-fn bad(field: &str, content: String, problem: &str) -> ReadError {
-    ReadError::BadField { field: field.into(), content, problem: problem.into() }
-}
-
 fn pair() -> ReadError {
     ReadError::Unsupported("it is half of a header/image pair (.hdr with .img), which is not read; convert it to one .nii file".into())
 }
 
-fn read(path: &Path, hints: &Hints, progress: &Progress) -> Result<Raster, ReadError> {
-    let (mut file, there) = open_file(path)?;
-    let mut head = vec![];
-    (&file).take(super::HEAD_BYTES).read_to_end(&mut head)?;
+fn scan(path: &Path, hints: &Hints, _progress: &Progress) -> Result<Scan, ReadError> {
+    let (head, there) = head_of(path, super::HEAD_BYTES)?;
     let bytes = header_bytes(&head);
     let header = match Header::parse(&bytes) {
         Some(header) => header,
@@ -212,18 +207,10 @@ fn read(path: &Path, hints: &Hints, progress: &Progress) -> Result<Raster, ReadE
     header.single_file()?;
     let mut warnings = vec![];
     let grid = header.grid(hints, &mut warnings)?;
-    let encoding = Encoding { sample: header.sample()?, big_endian: header.big_endian, gzip: head.starts_with(GZIP_MAGIC) };
-    let skip = header.offset()?;
-    encoding.check(grid.len(), skip, there)?;
-
-    progress.begin(there);
-    let mut decoder = Decoder::new(encoding, grid.len(), there, progress)?;
-    file.rewind()?;
-    if decoder.fill(counted(file, progress), skip, grid.len())? {
-        warnings.push(MORE_BYTES.into());
-    }
-    let samples = decoder.finish(&mut warnings);
+    let encoding = Encoding { sample: header.sample()?, big_endian: header.big_endian };
+    let packing = if head.starts_with(GZIP_MAGIC) { Packing::Gzip } else { Packing::Plain };
+    let wanted = grid.len() as u128 * encoding.sample.bytes() as u128;
+    let part = Part::checked(path, packing, 0, header.offset()?, wanted, there)?;
     let (slope, intercept) = header.scale();
-    let unit = guess_unit(&samples, slope, intercept);
-    Ok(Raster { grid, samples, slope, intercept, unit, warnings })
+    Ok(Scan { slope, intercept, warnings, ..Scan::new(grid, encoding, there, Storage::parts(vec![part])) })
 }

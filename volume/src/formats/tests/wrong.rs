@@ -103,7 +103,7 @@ fn damaged_gzip_is_told_apart_from_short_gzip() {
     assert!(folder.error("g.nrrd", &zipped).contains("12 bytes of samples are needed, 11 are there"));
     let zipped = [nrrd_file("uchar", "encoding: gz", &[]), gzip(&[1; 7]), gzip(&[1; 6])].concat();
     let two_members = folder.open("g.nrrd", &zipped).unwrap();
-    assert!(two_members.warnings().iter().any(|w| w == MORE_BYTES));
+    assert!(two_members.warnings().iter().any(|w| w == part::MORE_BYTES));
 }
 
 #[test]
