@@ -61,6 +61,11 @@ pub enum Command {
     /// Say what a scan is
     #[command(after_help = "Examples:\n  bregma info skull.nrrd\n  bregma info --json *.nii.gz")]
     Info(InfoArgs),
+    /// Write a scan in another form
+    #[command(
+        after_help = "The name of OUT says the form: .nrrd, .nii, .nii.gz, .mha or .tif.\n\nExamples:\n  bregma convert dicom-folder skull.nrrd\n  bregma convert study#201 skull.nii.gz\n  bregma convert slices --spacing 0.05,0.05,0.05 skull.mha"
+    )]
+    Convert(ConvertArgs),
     /// Draw one picture
     #[command(
         after_help = "Examples:\n  bregma render skull.nrrd --iso 300 --out skull.png\n  bregma render a.nii.gz --transform a-to-b.json b.nii.gz --mode overlay --orbit 40,10 --size 1600x1200 --out pair.png\n  bregma render skull.nrrd --eye 0,-600,0 --target 0,0,0 --fov 25 --depth depth.npy --out skull.png"
@@ -102,6 +107,14 @@ pub struct InfoArgs {
     /// One JSON object for each file, a line each
     #[arg(long)]
     pub json: bool,
+}
+
+/// `bregma convert`.
+#[derive(Debug, Args)]
+pub struct ConvertArgs {
+    /// The scan, and the file to write.
+    #[command(flatten)]
+    pub files: Sources<2>,
 }
 
 /// Isovalues.

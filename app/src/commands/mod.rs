@@ -2,6 +2,7 @@
 
 mod bench;
 mod chart;
+mod convert;
 mod demo;
 mod info;
 mod probe;
@@ -10,6 +11,7 @@ mod stability;
 
 pub use bench::bench;
 pub use chart::chart;
+pub use convert::convert;
 pub use demo::{demo, write_demo};
 pub use info::info;
 pub use probe::probe;
@@ -21,7 +23,7 @@ use crate::input::{InputError, Opened, Source};
 use crate::output::OutputError;
 use bregma_renderer::{CpuRenderer, GpuRenderer, RenderError, Renderer};
 use bregma_volume::Progress;
-use bregma_volume::formats::nrrd;
+use bregma_volume::formats::WriteError;
 use std::io::{IsTerminal, Write};
 use std::path::Path;
 use std::time::Duration;
@@ -41,7 +43,7 @@ pub enum CommandError {
     Output(#[from] OutputError),
     /// A scan could not be written.
     #[error(transparent)]
-    Scan(#[from] nrrd::WriteError),
+    Scan(#[from] WriteError),
     /// The stability table.
     #[error(transparent)]
     Stability(#[from] bregma_renderer::stability::StabilityError),

@@ -5,7 +5,7 @@ use super::part::{check_expansion, counted, open_file};
 use crate::Progress;
 use flate2::read::DeflateDecoder;
 use std::fs::File;
-use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::io::{self, BufRead, BufReader, Cursor, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use zip::{CompressionMethod, ZipArchive};
 
@@ -66,6 +66,14 @@ impl Entry {
         })
     }
 
+    /// Its bytes in any order: of a file as it lies, of a zip unpacked.
+    pub fn seekable(&self, progress: &Progress) -> Result<Box<dyn BufReadSeek>, ReadError> {
+        Ok(match self.zipped {
+            None => Box::new(BufReader::new(File::open(&self.file)?)),
+            Some(_) => Box::new(Cursor::new(self.read(progress)?)),
+        })
+    }
+
     /// All its bytes, which are known to be few enough to hold.
     pub fn read(&self, progress: &Progress) -> Result<Vec<u8>, ReadError> {
         let mut bytes = vec![];
@@ -74,6 +82,10 @@ impl Entry {
         Ok(bytes)
     }
 }
+
+/// What decoders of pictures want.
+pub trait BufReadSeek: BufRead + Seek {}
+impl<T: BufRead + Seek> BufReadSeek for T {}
 
 /// Reads past `count` bytes; a source that ends earlier is found out by whoever reads on.
 pub fn skip(source: &mut impl Read, count: u64) -> io::Result<()> {

@@ -8,17 +8,27 @@ mod decode;
 mod dicom;
 mod entries;
 mod error;
+mod gipl;
+mod invesalius;
 mod memory;
+mod metaimage;
 mod nifti;
+mod npy;
 pub mod nrrd;
 mod part;
+mod pictures;
 mod raw;
 mod scan;
 mod stack;
+mod tiff;
+mod vh;
+mod vti;
+mod write;
 
 pub use error::{OpenError, ReadError};
 pub use raw::{RawLayout, RawLayoutError};
 pub use scan::{Scan, Survey};
+pub use write::{WriteError, write};
 
 use crate::{Progress, Volume};
 use glam::DVec3;
@@ -38,7 +48,20 @@ pub struct Format {
 }
 
 /// All formats; the first that claims a file reads it.
-pub static FORMATS: &[Format] = &[nrrd::FORMAT, nifti::FORMAT, dicom::FORMAT, raw::FORMAT];
+pub static FORMATS: &[Format] = &[
+    nrrd::FORMAT,
+    nifti::FORMAT,
+    dicom::FORMAT,
+    metaimage::FORMAT,
+    tiff::FORMAT,
+    npy::FORMAT,
+    vti::FORMAT,
+    gipl::FORMAT,
+    invesalius::FORMAT,
+    pictures::FORMAT,
+    vh::FORMAT,
+    raw::FORMAT,
+];
 
 /// What the person says about a file that the file does not.
 #[derive(Clone, Debug, Default)]
@@ -156,6 +179,9 @@ fn is_zip(head: &[u8]) -> bool {
 
 /// The sentence about a spacing that nobody states.
 const NO_SPACING: &str = "the file states no spacing; 1 mm is assumed; pass --spacing X,Y,Z";
+
+/// The sentence about directions that nobody states.
+const NO_DIRECTIONS: &str = "the file does not state how it lies in the patient; its axes are taken as left, posterior, superior";
 
 /// The error that a header's `field` is bad.
 fn bad(field: &str, content: impl ToString, problem: &str) -> ReadError {

@@ -5,7 +5,8 @@ mod header;
 mod space;
 mod write;
 
-pub use write::{Compression, WriteError, write};
+pub use super::write::WriteError;
+pub use write::{Compression, write};
 
 use super::decode::{Encoding, SampleType};
 use super::part::{Packing, Part, counted, in_file, open_file};

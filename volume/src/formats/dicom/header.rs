@@ -160,7 +160,7 @@ impl Header {
         let mut in_pixels = false;
         let mut offsets = vec![];
         let mut fragments = vec![];
-        let mut is_table = true;
+        let mut items = 0;
         while let Some(token) = reader.advance() {
             match token.map_err(|e| damaged(&e))? {
                 LazyDataToken::SequenceStart { tag, .. } => open.push(Some(tag)),
@@ -172,6 +172,7 @@ impl Header {
                     if open.len() == 1 && open[0] == Some(tags::PER_FRAME_FUNCTIONAL_GROUPS_SEQUENCE) {
                         self.frames.push(Values::new());
                     }
+                    items += usize::from(in_pixels && open.len() == 1);
                     open.push(None);
                 }
                 token @ (LazyDataToken::ItemEnd | LazyDataToken::SequenceEnd) => {
@@ -190,7 +191,8 @@ impl Header {
                         return Err(ReadError::Truncated { wanted: len.into(), there: bytes.saturating_sub(at) });
                     }
                     let value = LazyDataToken::LazyItemValue { len, decoder };
-                    if in_pixels && is_table {
+                    // The first item is the table, which may be empty.
+                    if in_pixels && items == 1 {
                         let mut table = vec![];
                         value.read_value_into(&mut table).map_err(|e| damaged(&e))?;
                         offsets = table.as_chunks().0.iter().map(|&b| u32::from_le_bytes(b)).collect();
@@ -200,7 +202,6 @@ impl Header {
                             fragments.push((at, len));
                         }
                     }
-                    is_table = false;
                 }
                 LazyDataToken::LazyValue { header, decoder } => {
                     let (tag, len, at) = (header.tag, header.len, decoder.position());
@@ -223,7 +224,6 @@ impl Header {
             }
         }
         if in_pixels {
-            // An empty table takes the first place, too.
             self.pixels = Some(Pixels::Fragments(offsets, fragments));
         }
         Ok(())
