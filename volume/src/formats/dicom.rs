@@ -165,6 +165,10 @@ fn series(path: &Path, hints: &Hints, progress: &Progress, warnings: &mut Vec<St
             Err(error) => broken.push(error),
         }
     }
+    if by_series.is_empty() && !broken.is_empty() {
+        let (name, error) = broken.swap_remove(0);
+        return Err(super::part::in_file(Path::new(&name), error));
+    }
     if let [(name, error), ..] = &broken[..] {
         let more = if broken.len() > 1 { format!(" ({} such files)", broken.len()) } else { String::new() };
         warnings.push(format!("{name} cannot be read and is left out: {error}{more}"));

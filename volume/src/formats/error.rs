@@ -38,7 +38,7 @@ pub enum ReadError {
     #[error("there is no such file; check its name and folder")]
     NotFound,
     /// The operating system could not read it, or its compressed data is damaged.
-    #[error("it cannot be read: {0}")]
+    #[error("it cannot be read ({0}); check its rights, or copy it again from where it came")]
     Io(io::Error),
     /// A folder where a file is needed.
     #[error("it is a folder that no format here reads; name a file in it")]
@@ -112,8 +112,8 @@ pub enum ReadError {
     /// Two statements of the header that cannot both be true.
     #[error("its header contradicts itself: {0}; correct the header")]
     Contradiction(String),
-    /// A data file beside the header.
-    #[error("its data file {}: {reason}", file.display())]
+    /// A data file beside the header, or one of many slices.
+    #[error("its file {}: {reason}", file.display())]
     DataFile {
         /// The data file.
         file: PathBuf,

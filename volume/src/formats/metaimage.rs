@@ -190,8 +190,7 @@ fn encoding(header: &Header) -> Result<Encoding, ReadError> {
 }
 
 fn grid(header: &Header, dims: [usize; 3], hints: &Hints, warnings: &mut Vec<String>) -> Result<(Grid, bool), ReadError> {
-    let stated = header.numbers::<f64, 3>(SPACING)?;
-    let spacing_mm = stated.map(DVec3::from).or(hints.spacing_mm);
+    let spacing_mm = header.numbers::<f64, 3>(SPACING)?.map(DVec3::from).or(hints.spacing_mm);
     if spacing_mm.is_none() {
         warnings.push(NO_SPACING.into());
     }
@@ -199,7 +198,7 @@ fn grid(header: &Header, dims: [usize; 3], hints: &Hints, warnings: &mut Vec<Str
     // Three directions one after the other, each that of an axis.
     let direction = header.numbers::<f64, 9>(DIRECTION)?.map_or(DMat3::IDENTITY, |m| DMat3::from_cols_array(&m));
     let grid = Grid::new(dims, spacing_mm.unwrap_or(DVec3::ONE), origin_mm, direction).map_err(|e| match e {
-        GridError::Spacing { .. } => bad(SPACING[0], format!("{stated:?}"), &e.to_string()),
+        GridError::Spacing { .. } => bad(SPACING[0], header.text(SPACING).map_or("", |(_, text)| text), &e.to_string()),
         e => e.into(),
     })?;
     Ok((grid, spacing_mm.is_some()))

@@ -26,20 +26,28 @@ fn sniff(path: &Path, head: &[u8]) -> bool {
     // The names cover files that are damaged too, so that what is wrong with them can be said.
     let name = path.to_string_lossy().to_lowercase();
     let named = [".nii", ".nii.gz", ".img", ".img.gz"].iter().any(|end| name.ends_with(end));
-    !head.is_empty() && (named || Header::parse(&header_bytes(head)).is_some())
+    !head.is_empty() && (named || Header::parse(&header_bytes(head, SIZE_2)).is_some())
 }
 
 /// The first bytes of the header, decompressed if need be; fewer where the file ends.
-fn header_bytes(head: &[u8]) -> Vec<u8> {
+fn header_bytes(head: &[u8], most: usize) -> Vec<u8> {
     let mut bytes = vec![];
     if head.starts_with(GZIP_MAGIC) {
         // A head that breaks off is no error: what came before it counts.
-        let _ = GzDecoder::new(head).take(SIZE_2 as u64).read_to_end(&mut bytes);
+        let _ = GzDecoder::new(head).take(most as u64).read_to_end(&mut bytes);
     } else {
-        bytes.extend_from_slice(&head[..head.len().min(SIZE_2)]);
+        bytes.extend_from_slice(&head[..head.len().min(most)]);
     }
     bytes
 }
+
+/// The first line of the comment in which this program keeps what float32 rounds and what has no field, and the names of its first lines.
+const COMMENT: &str = "bregma";
+const TO_WORLD: &str = "index_to_lps_mm";
+const SLOPE: &str = "slope";
+const INTERCEPT: &str = "intercept";
+/// Room for the comment and for the extensions of others before it.
+const MOST_HEAD: u64 = 1 << 16;
 
 /// What a header belongs to.
 #[derive(Clone, Copy, PartialEq)]
@@ -93,6 +101,23 @@ impl<'a> Header<'a> {
 
     fn floats<const N: usize>(&self, at: usize, at_2: usize) -> [f64; N] {
         std::array::from_fn(|n| self.float(at + 4 * n, at_2 + 8 * n))
+    }
+
+    /// The lines of this program's comment among the extensions, by name.
+    fn comment(&self) -> Metadata {
+        let size = if self.wide { SIZE_2 } else { SIZE_1 };
+        let Some(mut rest) = self.bytes.get(size + 4..).filter(|_| self.bytes[size] != 0) else { return Metadata::new() };
+        let number = |b: [u8; 4]| if self.big_endian { u32::from_be_bytes(b) } else { u32::from_le_bytes(b) };
+        while let Some((&[size, code], _)) = rest.as_chunks::<4>().0.split_first_chunk::<2>() {
+            let Some(text) = rest.get(8..number(size) as usize) else { break };
+            let text = String::from_utf8_lossy(text);
+            if let (6, Some(lines)) = (number(code), text.trim_end_matches('\0').strip_prefix(COMMENT)) {
+                let pairs = lines.lines().filter_map(|line| line.split_once('='));
+                return pairs.map(|(key, value)| (key.to_owned(), value.to_owned())).collect();
+            }
+            rest = &rest[number(size) as usize..];
+        }
+        Metadata::new()
     }
 
     fn kind(&self) -> Kind {
@@ -224,6 +249,14 @@ impl<'a> Header<'a> {
     }
 }
 
+/// The grid of a comment, if it is the one that the header holds rounded: otherwise another program has moved the scan.
+fn exact(map: &str, rounded: &Grid) -> Option<Grid> {
+    let numbers: Option<Vec<f64>> = map.split_whitespace().map(|n| n.parse().ok()).collect();
+    let numbers: [f64; 12] = numbers?.try_into().ok()?;
+    let same = numbers.iter().zip(rounded.index_to_world().to_cols_array()).all(|(a, b)| f64::from(*a as f32) == f64::from(b as f32));
+    same.then(|| Grid::from_affine(rounded.dims(), DAffine3::from_cols_array(&numbers)).ok())?
+}
+
 /// The header and the samples of the scan that `path` is the whole or half of.
 fn files(path: &Path) -> (PathBuf, PathBuf) {
     let text = path.to_string_lossy().to_lowercase();
@@ -246,9 +279,9 @@ fn files(path: &Path) -> (PathBuf, PathBuf) {
 
 fn scan(path: &Path, hints: &Hints, _progress: &Progress) -> Result<Scan, ReadError> {
     let (header_file, data_file) = files(path);
-    let head = head_of(&header_file, super::HEAD_BYTES);
+    let head = head_of(&header_file, MOST_HEAD);
     let head = if header_file == path { head?.0 } else { head.map_err(|e| in_file(&header_file, e))?.0 };
-    let bytes = header_bytes(&head);
+    let bytes = header_bytes(&head, MOST_HEAD as usize);
     let header = Header::parse(&bytes);
     let header = header.ok_or(ReadError::NoHeader("a NIfTI header begins with its length, 348 or 540, and is that long"))?;
     let is_single = header.kind() == Kind::Single;
@@ -269,7 +302,19 @@ fn scan(path: &Path, hints: &Hints, _progress: &Progress) -> Result<Scan, ReadEr
     let (slope, intercept) = header.scale();
     let description = String::from_utf8_lossy(&header.bytes[if header.wide { 240..320 } else { 148..228 }]).into_owned();
     let description = description.trim_matches(['\0', ' ']).split('\0').next().unwrap_or_default().to_owned();
-    let metadata = if description.is_empty() { Metadata::new() } else { Metadata::from([("description".to_owned(), description)]) };
+    let mut metadata = header.comment();
+    let grid = match metadata.remove(TO_WORLD).and_then(|map| exact(&map, &grid)) {
+        Some(exact) => exact,
+        None => grid,
+    };
+    let mut number = |name: &str, rounded: f64| {
+        let whole = metadata.remove(name).and_then(|n| n.parse().ok());
+        whole.filter(|v: &f64| f64::from(*v as f32) == rounded).unwrap_or(rounded)
+    };
+    let (slope, intercept) = (number(SLOPE, slope), number(INTERCEPT, intercept));
+    if !description.is_empty() {
+        metadata.insert("description".to_owned(), description);
+    }
     let scan = Scan::new(grid, encoding, there, Storage::parts(vec![Part { beside, ..part }]));
     // Where this program writes the unit of values.
     let unit = match header.bytes[if header.wide { 508..524 } else { 328..344 }].split(|b| *b == 0).next() {

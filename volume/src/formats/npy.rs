@@ -32,7 +32,7 @@ fn scan(path: &Path, hints: &Hints, _progress: &Progress) -> Result<Scan, ReadEr
     let begin = start + length as usize;
     let text = String::from_utf8_lossy(head.get(start..begin).ok_or_else(none)?).into_owned();
     let field = |name: &str| text.split_once(&format!("'{name}':")).map(|(_, after)| after.trim_start());
-    let wrong = |problem: &str| bad("header", text.trim(), problem);
+    let wrong = |problem: &str| bad("text", text.trim(), problem);
     let (descr, fortran) = (field("descr"), field("fortran_order"));
     let quoted = descr.and_then(|d| d.strip_prefix('\'')?.split_once('\'')).ok_or_else(|| wrong("it names no type of one number"))?.0;
     let (order, kind) = quoted.split_at_checked(1).ok_or_else(|| wrong("it names no type"))?;

@@ -41,8 +41,12 @@ fn entries(path: &Path, progress: &Progress) -> Result<Vec<Entry>, ReadError> {
 }
 
 fn sniff(path: &Path, head: &[u8]) -> bool {
-    if path.is_dir() || super::is_zip(head) {
+    if path.is_dir() {
         return entries(path, &Progress::default()).is_ok_and(|entries| entries.iter().any(|e| kind(&e.name).is_some()));
+    }
+    // A zip that is no DICOM is claimed, too.
+    if super::is_zip(head) {
+        return true;
     }
     // One picture by itself is claimed, so that it can be said what to do with it.
     kind(&path.to_string_lossy()).is_some_and(|k| k != Kind::Tiff)
@@ -58,14 +62,15 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
     let usual = most_common(slices.iter().map(|(_, kind)| *kind)).ok_or(ReadError::NoImages)?;
     keep(&mut slices, &mut warnings, "of another kind than the others", |(_, kind)| *kind == usual);
     progress.begin(slices.len() as u64);
-    let looked: Result<Vec<(usize, usize, SampleType)>, ReadError> = slices
+    // Each by itself first, so that of several faults the first is told.
+    let looked: Vec<Result<(usize, usize, SampleType), ReadError>> = slices
         .par_iter()
         .map(|(entry, kind)| {
             progress.advance(1)?;
             look(entry, *kind).map_err(|e| in_file(Path::new(&entry.name), e))
         })
         .collect();
-    let looked = looked?;
+    let looked = looked.into_iter().collect::<Result<Vec<_>, ReadError>>()?;
     let most = most_common(looked.iter().copied()).ok_or(ReadError::NoImages)?;
     let mut like = looked.iter().map(|l| *l == most);
     keep(&mut slices, &mut warnings, "of another size or type than the others", |_| like.next() == Some(true));

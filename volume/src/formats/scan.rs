@@ -247,12 +247,13 @@ impl Scan {
                 // A sixteenth of the samples at most is under way, so that memory stays near that of the samples.
                 let batch = (nz / 16).clamp(1, 2 * rayon::current_num_threads());
                 for slices in wanted.chunks(batch) {
-                    let read: Result<Vec<Vec<u8>>, ReadError> = slices.par_iter().map(|&k| slice(k, progress)).collect();
-                    for (bytes, &k) in read?.iter().zip(slices) {
+                    let read: Vec<Result<Vec<u8>, ReadError>> = slices.par_iter().map(|&k| slice(k, progress)).collect();
+                    for (bytes, &k) in read.into_iter().zip(slices) {
+                        let bytes = bytes?;
                         if bytes.len() as u64 != slice_bytes {
                             return Err(ReadError::Truncated { wanted: slice_bytes.into(), there: bytes.len() as u64 });
                         }
-                        pass(bytes, k as u64 * slice_bytes)?;
+                        pass(&bytes, k as u64 * slice_bytes)?;
                     }
                     progress.advance(0)?;
                 }

@@ -331,7 +331,7 @@ impl Data {
         let numbers: Vec<usize> = (0..packed.len()).collect();
         for batch in numbers.chunks(2 * rayon::current_num_threads()) {
             let read: Result<Vec<(usize, Vec<u8>)>, ReadError> = batch.iter().map(|&n| Ok((n, next(packed[n] as usize)?))).collect();
-            let unpacked: Result<Vec<Vec<u8>>, ReadError> = read?
+            let unpacked: Vec<Result<Vec<u8>, ReadError>> = read?
                 .par_iter()
                 .map(|(n, block)| {
                     check_expansion(bytes(*n).into(), block.len() as u64)?;
@@ -341,8 +341,8 @@ impl Data {
                     if there < bytes(*n) { Err(ReadError::Truncated { wanted: bytes(*n).into(), there }) } else { Ok(out) }
                 })
                 .collect();
-            for block in unpacked? {
-                take(&block)?;
+            for block in unpacked {
+                take(&block?)?;
             }
             progress.advance(0)?;
         }
