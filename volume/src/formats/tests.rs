@@ -324,7 +324,7 @@ fn what_is_written_is_read_back() {
         let stopped = Progress::default();
         stopped.cancel();
         let before = fs::read(&path).unwrap();
-        assert!(matches!(nrrd::write(&path, &v, nrrd::Compression::Raw, &stopped), Err(nrrd::WriteError::Cancelled(_))));
+        assert!(matches!(nrrd::write(&path, &v, nrrd::Compression::Raw, &stopped), Err(WriteError::Cancelled(_))));
         assert_eq!(fs::read(&path).unwrap(), before);
         assert_eq!(fs::read_dir(&folder.0).unwrap().count(), 1);
         let nowhere = nrrd::write(&folder.0.join("no/out.nrrd"), &v, nrrd::Compression::Raw, &Progress::default());
