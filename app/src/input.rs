@@ -189,6 +189,17 @@ fn expand(sources: &[Source]) -> Result<(Vec<Expanded>, Vec<Session>), InputErro
     Ok((expanded, sessions))
 }
 
+/// The first scan whose file does not say how far its samples are apart, when the person does not say either.
+pub fn without_spacing(sources: &[Source], progress: &Progress) -> Result<Option<usize>, InputError> {
+    for (n, source) in sources.iter().enumerate() {
+        let is_session = Session::read(source)?.is_some();
+        if !is_session && source.spacing_mm.is_none() && !source.scan(progress)?.spacing_is_stated() {
+            return Ok(Some(n));
+        }
+    }
+    Ok(None)
+}
+
 /// The headers of the scans that are named, those of sessions among them.
 pub fn scans(sources: &[Source], progress: &Progress) -> Result<Vec<Scan>, InputError> {
     expand(sources)?.0.iter().map(|(source, _)| Ok(source.scan(progress)?)).collect()

@@ -10,7 +10,7 @@ use bregma_renderer::Mode;
 use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers, PointerButton, Pos2};
 use egui_kittest::Harness;
-use egui_kittest::kittest::Queryable;
+use egui_kittest::kittest::{NodeT, Queryable};
 use std::time::{Duration, Instant};
 
 type Window = Harness<'static, Workstation>;
@@ -337,4 +337,31 @@ fn the_chart_is_measured_on_the_open_view_and_its_points_switch_the_picture() {
     settle(&mut window);
     assert_eq!(changed(&exact, &pixels(&window)), 0);
     std::fs::remove_file(&file).unwrap();
+}
+
+#[test]
+fn a_spacing_that_no_file_states_is_asked_for() {
+    // Fails if a scan opens with made-up millimetres, or if the answer is not used.
+    let folder = std::env::temp_dir().join(format!("bregma-asks-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let file = folder.join("ball_16x16x16_uint8.raw");
+    let ball = |n: usize| [n % 16, n / 16 % 16, n / 256].map(|c| (c as f64 - 7.5).powi(2)).iter().sum::<f64>().sqrt();
+    std::fs::write(&file, (0..4096).map(|n| (250.0 - 25.0 * ball(n)).max(0.0) as u8).collect::<Vec<u8>>()).unwrap();
+    let mut window = open(Start::Files(vec![bregma::input::Source { file, ..Default::default() }]));
+    let begun = Instant::now();
+    while window.query_by_label("Open").is_none() {
+        window.step();
+        assert!(begun.elapsed() < Duration::from_secs(60), "nothing is asked");
+    }
+    assert!(window.state().is_loading() && window.get_by_label("Open").accesskit_node().is_disabled());
+    for (axis, mm) in [("i", 0.5), ("j", 0.5), ("k", 2.0)] {
+        window.get_by_role_and_label(Role::SpinButton, axis).set_value_accesskit(mm);
+        window.step();
+    }
+    window.get_by_label("Open").click();
+    wait(&mut window, "the scan", |w| !w.is_loading());
+    settle(&mut window);
+    let picture = window.state().picture().unwrap();
+    assert!(picture.volume_id.contains(&1), "the ball is drawn");
+    std::fs::remove_dir_all(folder).unwrap();
 }

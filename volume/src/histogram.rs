@@ -79,22 +79,24 @@ fn bin(sample: f64, range: [f64; 2], bins: usize) -> usize {
 }
 
 fn count<T: Sample>(samples: &[T], range: [f64; 2], bins: usize) -> Vec<u64> {
-    // Whole numbers have few values: the bin of each is looked up.
+    // Whole numbers have few values, which are counted first and put into bins then.
     let is_whole = T::NAME != f32::NAME;
-    let values = if is_whole { (range[1] - range[0]) as usize + 1 } else { 0 };
-    let table: Vec<u32> = (0..values).map(|n| bin(range[0] + n as f64, range, bins) as u32).collect();
-    let low = range[0] as f32;
-    // Neighbours are often equal; counted in turn by four counters they do not wait for each other.
-    const LANES: usize = 4;
+    let low = range[0] as i32;
+    let cells = if is_whole { (range[1] - range[0]) as usize + 1 } else { bins };
+    // Neighbours are often equal; counted in turn by several counters they do not wait for each other. Many values need no such help.
+    let lanes = if cells <= 1 << 13 { 4 } else { 1 };
     let chunk = |part: &[T]| {
-        let mut counts = vec![0_u32; LANES * bins];
-        let mut add = |n: usize, bin: usize| counts[n % LANES * bins + bin] += 1;
-        if is_whole {
-            part.iter().enumerate().for_each(|(n, s)| add(n, table[(s.to_f32() - low) as usize] as usize));
-        } else {
-            part.iter().enumerate().for_each(|(n, s)| add(n, bin(s.to_f64(), range, bins)));
+        let mut counts = vec![0_u32; lanes * cells];
+        let cell = |s: T| if is_whole { (s.to_i32() - low) as usize } else { bin(s.to_f64(), range, bins) };
+        for some in part.chunks(lanes) {
+            some.iter().enumerate().for_each(|(lane, &s)| counts[lane * cells + cell(s)] += 1);
         }
-        (0..bins).map(|b| (0..LANES).map(|lane| u64::from(counts[lane * bins + b])).sum()).collect::<Vec<u64>>()
+        let mut binned = vec![0_u64; bins];
+        for (n, &count) in counts.iter().enumerate().filter(|(_, c)| **c > 0) {
+            let cell = n % cells;
+            binned[if is_whole { bin(range[0] + cell as f64, range, bins) } else { cell }] += u64::from(count);
+        }
+        binned
     };
     let add = |mut a: Vec<u64>, b: Vec<u64>| {
         a.iter_mut().zip(b).for_each(|(a, b)| *a += b);

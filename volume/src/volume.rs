@@ -98,7 +98,12 @@ impl Volume {
         warnings.extend(flat(&grid));
         let dims = grid.dims();
         let bricks = with_samples!(&samples, s => RangeBricks::build(s, dims));
-        let range = with_samples!(&samples, s => range(s));
+        // The bricks cover all samples, unless the grid has no cells.
+        let widest = |a: [f32; 2], b: [f32; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+        let range = match bricks.ranges().iter().copied().reduce(widest) {
+            Some(ends) => ends.map(f64::from),
+            None => with_samples!(&samples, s => range(s)),
+        };
         let histogram = Histogram::build(&samples, range, BINS);
         let summary = Summary::new(slope, intercept, unit, histogram);
         let (spacing_is_stated, metadata) = (true, Metadata::new());

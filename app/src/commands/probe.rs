@@ -1,6 +1,6 @@
 //! `bregma probe`: the difference ray, one or many.
 
-use super::{CommandError, open, print, with_progress};
+use super::{CommandError, open, print, require_spacing, with_progress};
 use crate::args::{ProbeArgs, ProbeFormat};
 use bregma_measure::{DifferenceRay, export};
 use bregma_renderer::Ray;
@@ -16,6 +16,7 @@ pub fn probe(args: &ProbeArgs) -> Result<(), CommandError> {
         None => vec![single_ray(args)?],
     };
     let opened = open(&args.sources.0, &args.isovalues)?;
+    require_spacing(&opened)?;
     let cast = |ray: &Ray| bregma_measure::probe(&opened.volumes, &opened.scene.layers, ray);
     let found = with_progress("casting", |progress| {
         progress.begin(rays.len() as u64);

@@ -136,6 +136,11 @@ pub fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, Ope
     let (path, hints) = (path.as_path(), &hints);
     let scan = || -> Result<Scan, ReadError> {
         let format = if hints.raw.is_some() { &raw::FORMAT } else { find(path)? };
+        if let Some(series) = hints.series.as_ref().filter(|_| format.name != dicom::FORMAT.name) {
+            return Err(ReadError::Unsupported(format!(
+                "it has no series {series}: only DICOM has series; leave the # and what follows away"
+            )));
+        }
         let mut scan = (format.scan)(path, hints, progress)?;
         scan.name = named.file_name().unwrap_or(named.as_os_str()).to_string_lossy().into_owned();
         scan.format = format.name;

@@ -17,6 +17,9 @@ type Stream = dyn Fn(&Progress, &mut Sink<'_>) -> Result<Vec<String>, ReadError>
 /// The samples of slice k.
 type Slice = dyn Fn(usize, &Progress) -> Result<Vec<u8>, ReadError> + Send + Sync;
 
+/// A slice by its number, unpacked.
+type Unpacked = (usize, Result<Vec<u8>, ReadError>);
+
 /// Where the samples are.
 pub enum Storage {
     /// In one stream.
@@ -244,18 +247,28 @@ impl Scan {
             }),
             Storage::Slices(slice) => {
                 let wanted: Vec<usize> = (0..nz).step_by(self.step).collect();
-                // A sixteenth of the samples at most is under way, so that memory stays near that of the samples.
-                let batch = (nz / 16).clamp(1, 2 * rayon::current_num_threads());
-                for slices in wanted.chunks(batch) {
-                    let read: Vec<Result<Vec<u8>, ReadError>> = slices.par_iter().map(|&k| slice(k, progress)).collect();
-                    for (bytes, &k) in read.into_iter().zip(slices) {
-                        let bytes = bytes?;
-                        if bytes.len() as u64 != slice_bytes {
-                            return Err(ReadError::Truncated { wanted: slice_bytes.into(), there: bytes.len() as u64 });
+                // Two batches are under way, one unpacked while the one before is passed on: a sixteenth of the samples at most, so that
+                // memory stays near that of the samples.
+                let batch = (nz / 32).clamp(1, 2 * rayon::current_num_threads());
+                let unpack = |slices: &[usize]| -> Vec<Unpacked> { slices.par_iter().map(|&k| (k, slice(k, progress))).collect() };
+                let mut batches = wanted.chunks(batch);
+                let mut ready = unpack(batches.next().unwrap_or_default());
+                while !ready.is_empty() {
+                    let mut next = vec![];
+                    rayon::in_place_scope(|scope| {
+                        if let Some(slices) = batches.next() {
+                            scope.spawn(|_| next = unpack(slices));
                         }
-                        pass(&bytes, k as u64 * slice_bytes)?;
-                    }
-                    progress.advance(0)?;
+                        for (k, bytes) in std::mem::take(&mut ready) {
+                            let bytes = bytes?;
+                            if bytes.len() as u64 != slice_bytes {
+                                return Err(ReadError::Truncated { wanted: slice_bytes.into(), there: bytes.len() as u64 });
+                            }
+                            pass(&bytes, k as u64 * slice_bytes)?;
+                        }
+                        Ok(progress.advance(0)?)
+                    })?;
+                    ready = next;
                 }
                 Ok(vec![])
             }

@@ -256,7 +256,7 @@ const GROUPS: [Tag; 7] = [
 ];
 
 /// Preamble, magic and file meta information fit into this.
-const MOST_META: u64 = 1 << 16;
+const MOST_META: u64 = 1 << 14;
 
 /// The transfer syntax, and where the data set begins: after the preamble, its `DICM` and the file meta information.
 fn meta(head: &[u8]) -> Result<(String, u64), ReadError> {
