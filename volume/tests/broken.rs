@@ -121,6 +121,23 @@ fn cases(folder: &Folder) -> Vec<Case> {
 
     add("TIFF cut in half", bytes("TIFF", |b| b.truncate(b.len() / 2)));
     add("TIFF of colours", put_colour());
+    // The next three were found by the fuzzer, or in reading what decoders do with such files.
+    add(
+        "TIFF with a value longer than the file",
+        bytes("TIFF", |b| {
+            let at = first_directory(b) + 2 + 4;
+            b[at..at + 4].copy_from_slice(&0x0100_0000_u32.to_le_bytes());
+        }),
+    );
+    add(
+        "TIFF whose pages lead in a circle",
+        bytes("TIFF", |b| {
+            let at = first_directory(b);
+            let next = at + 2 + 12 * usize::from(u16::from_le_bytes([b[at], b[at + 1]]));
+            b[next..next + 4].copy_from_slice(&(at as u32).to_le_bytes());
+        }),
+    );
+    add("DICOM whose items end where none began", one("IM1.dcm", &stray_item()));
     add("a TIFF that is a text", one("scan.tif", b"II*, said the tiger"));
     add("one picture", one("slice.png", &picture(0, image::ImageFormat::Png)));
     add("a folder with a broken picture", folder_of(&[("s1.png", &picture(0, image::ImageFormat::Png)[..60]), ("s2.png", b"\x89PNG")]));
@@ -185,6 +202,18 @@ impl Small {
         bytes.drain(end - 30..end);
         self
     }
+}
+
+fn first_directory(tiff: &[u8]) -> usize {
+    u32::from_le_bytes([tiff[4], tiff[5], tiff[6], tiff[7]]) as usize
+}
+
+/// An item delimiter before the first element.
+fn stray_item() -> Vec<u8> {
+    let mut bytes = Dicom::slice(0).bytes();
+    let at = bytes.windows(8).position(|w| w == [8, 0, 8, 0, b'C', b'S', 22, 0]).unwrap();
+    bytes.splice(at..at, [0xfe, 0xff, 0x0d, 0xe0, 0, 0, 0, 0, 0xfe, 0xff, 0x00, 0xe0, 0, 0, 0, 0]);
+    bytes
 }
 
 fn put_colour() -> Small {

@@ -334,7 +334,7 @@ fn what_cannot_fit_is_refused_before_it_is_read() {
     let file = std::fs::File::create(&disk).unwrap();
     let edge = 20_000_u64;
     if file.set_len(edge * edge * edge).is_err() {
-        println!("this disk holds no file of 8 TB; only the refusal by the file's length is tested");
+        println!("skipped: the disk of the temporary folder holds no file of 8 TB");
         return;
     }
     let hints = Hints { raw: Some("20000x20000x20000,u8".parse().unwrap()), ..Hints::default() };

@@ -163,13 +163,29 @@ fn run(small: &Small, seconds: f64, seed: u64, slowest: &Mutex<(Duration, String
     (cases, read, most, faults)
 }
 
+/// The smallest of the real scans.
+fn real() -> Vec<Small> {
+    let Some(data) = std::env::var_os("BREGMA_DATA").map(std::path::PathBuf::from) else {
+        println!("skipped: the real scans, as BREGMA_DATA is not set");
+        return vec![];
+    };
+    let one = |name, open: &'static str, file: &str| {
+        let bytes = std::fs::read(data.join(file)).unwrap();
+        Small { name, files: vec![(open.to_owned(), bytes)], open }
+    };
+    vec![
+        one("a real NIfTI", "label.nii.gz", "mouse/low_res_template_UCHAR-label.nii.gz"),
+        one("a real DICOM slice", "I10", "phantom-philips/tilted/I10"),
+    ]
+}
+
 #[test]
 fn no_damage_is_too_much_for_a_reader() {
     // Fails if a reader trusts a number, a length or an offset of a file.
     let number = |name: &str| std::env::var(name).ok().and_then(|s| s.parse::<f64>().ok());
     let (seconds, seed) = (number("BREGMA_FUZZ_SECONDS"), number("BREGMA_FUZZ_SEED").unwrap_or(0.0) as u64);
     let only = std::env::var("BREGMA_FUZZ_ONLY").ok();
-    let scans: Vec<Small> = small::all().into_iter().chain(small::others()).collect();
+    let scans: Vec<Small> = small::all().into_iter().chain(small::others()).chain(real()).collect();
     let scans: Vec<&Small> = scans.iter().filter(|s| only.as_ref().is_none_or(|o| s.name.contains(o.as_str()))).collect();
     let slowest = Mutex::new((Duration::ZERO, String::new()));
     // Faults are collected; their stack traces would bury the table.
@@ -177,7 +193,7 @@ fn no_damage_is_too_much_for_a_reader() {
     std::panic::set_hook(Box::new(|_| {}));
     let (mut all_cases, mut all_faults) = (0, vec![]);
     for small in scans {
-        let (cases, read, most, faults) = run(small, seconds.unwrap_or(0.25), seed, &slowest);
+        let (cases, read, most, faults) = run(small, seconds.unwrap_or(0.5), seed, &slowest);
         println!(
             "{}: {cases} cases, {read} of them still read, at most {:.1} MiB, {} faults",
             small.name,

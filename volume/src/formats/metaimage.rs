@@ -5,11 +5,12 @@
 pub mod write;
 
 use super::decode::{Encoding, SampleType};
-use super::part::{Packing, Part, head_of, in_file, open_file};
+use super::part::{Packing, Part, in_file, open_file};
 use super::{Format, Hints, NO_SPACING, ReadError, Scan, Storage, bad};
 use crate::{Grid, GridError, Progress, Unit};
 use glam::{DMat3, DVec3};
 use std::collections::HashMap;
+use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::str::FromStr;
 
@@ -73,25 +74,29 @@ struct Header {
 }
 
 impl Header {
-    fn parse(head: &[u8]) -> Result<Self, ReadError> {
+    /// Reads the header, up to the samples where they follow.
+    fn read(source: impl BufRead) -> Result<Self, ReadError> {
+        let mut source = source.take(MOST_BYTES);
         let mut header = Self { fields: HashMap::new(), list: vec![], bytes: 0 };
-        let mut lines = head.split_inclusive(|&b| b == b'\n');
-        for line in lines.by_ref() {
-            header.bytes += line.len() as u64;
-            let text = String::from_utf8_lossy(line);
-            let Some((key, value)) = text.split_once('=') else {
-                match text.trim() {
-                    "" => continue,
-                    other => return Err(bad("line", other.chars().take(80).collect::<String>(), "it is no `field = value`")),
-                }
-            };
+        let mut line = || -> Result<Option<(String, u64)>, ReadError> {
+            let mut line = vec![];
+            let n = source.read_until(b'\n', &mut line)?;
+            Ok((n > 0).then(|| (String::from_utf8_lossy(&line).trim().to_owned(), n as u64)))
+        };
+        while let Some((text, n)) = line()? {
+            header.bytes += n;
+            if text.is_empty() {
+                continue;
+            }
+            let short = || text.chars().take(80).collect::<String>();
+            let (key, value) = text.split_once('=').ok_or_else(|| bad("line", short(), "it is no `field = value`"))?;
             let (key, value) = (key.trim().to_owned(), value.trim().to_owned());
-            let last = key == "ElementDataFile";
+            let is_last = key == "ElementDataFile";
+            let is_list = value.split_whitespace().next() == Some("LIST");
             header.fields.insert(key, value);
-            if last {
-                let rest = lines.map(|l| String::from_utf8_lossy(l).trim().to_owned()).filter(|l| !l.is_empty());
-                if header.fields["ElementDataFile"].split_whitespace().next() == Some("LIST") {
-                    header.list = rest.collect();
+            if is_last {
+                while is_list && let Some((name, _)) = line()? {
+                    header.list.extend(Some(name).filter(|n| !n.is_empty()));
                 }
                 return Ok(header);
             }
@@ -116,8 +121,8 @@ impl Header {
 }
 
 fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadError> {
-    let (head, there) = head_of(path, MOST_BYTES)?;
-    let header = Header::parse(&head)?;
+    let (file, there) = open_file(path)?;
+    let header = Header::read(BufReader::new(file))?;
     if let Some((name, text)) = header.text(&["NDims"]).filter(|(_, n)| *n != "3") {
         return Err(bad(name, text, "only images of three axes can be read"));
     }
