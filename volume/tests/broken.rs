@@ -188,6 +188,10 @@ fn cases(folder: &Folder) -> Vec<Case> {
             d
         }),
     );
+    add("DICOM of a billion frames", one("IM1.dcm", &Dicom::slice(0).with((0x28, 8), "IS", "1000000000").bytes()));
+    add("DICOM of sizes beyond all numbers", one("IM1.dcm", &Dicom::slice(0).with((0x28, 0x10), "DS", "1e300").bytes()));
+    add("VTI of more blocks than bytes", put_blocks());
+    add("MetaImage of a billion files", text("MetaImage", "DimSize = 8 6 4\n", "DimSize = 8 6 4000000000\n").pattern());
     add("DICOM of an unknown syntax", dicom(|k| Dicom { syntax: "1.2.3.4.5", ..Dicom::slice(k) }));
     add("DICOM by JPEG, damaged", one("IM1.dcm", &Dicom::slice(0).packed(JPEG_LOSSLESS, vec![packed("jpeg")[..50].to_vec()]).bytes()));
     add("a series that is not there", Small { open: "../DICOM#99", ..dicom(Dicom::slice) });
@@ -195,6 +199,14 @@ fn cases(folder: &Folder) -> Vec<Case> {
 }
 
 impl Small {
+    /// Its samples in files of a pattern.
+    fn pattern(mut self) -> Self {
+        let bytes = &mut self.files[0].1;
+        let at = bytes.windows(5).position(|w| w == b"LOCAL").unwrap();
+        bytes.splice(at..at + 5, b"s%d.raw 0 3999999999 1".iter().copied());
+        self
+    }
+
     /// Its text of numbers cut short.
     fn shorter(mut self) -> Self {
         let bytes = &mut self.files[0].1;
@@ -202,6 +214,14 @@ impl Small {
         bytes.drain(end - 30..end);
         self
     }
+}
+
+/// The count of blocks, as it stands in base64, replaced by one of 2³².
+fn put_blocks() -> Small {
+    bytes("VTI base64 by zlib", |b| {
+        let at = b.windows(16).position(|w| w == b"format=\"binary\">").unwrap() + 16;
+        b[at..at + 5].copy_from_slice(b"/////");
+    })
 }
 
 fn first_directory(tiff: &[u8]) -> usize {

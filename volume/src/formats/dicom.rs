@@ -93,7 +93,7 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
     if first.text(tags::LOSSY_IMAGE_COMPRESSION, 0) == Some("01") {
         warnings.push("its pixels have been compressed with loss: they are not what the scanner measured".into());
     }
-    let padding = Padding::of(first, storing.sample, [slope, intercept], unit);
+    let padding = Padding::of(first, storing.sample, scale(used[0]), unit);
     warnings.extend(padding.as_ref().map(Padding::warning));
 
     let metadata = metadata(first, images[0].frame);
@@ -159,7 +159,8 @@ fn series(path: &Path, hints: &Hints, progress: &Progress, warnings: &mut Vec<St
     for header in read {
         match header {
             Ok(header) => {
-                by_series.entry(header.text(tags::SERIES_INSTANCE_UID, 0).unwrap_or_default().to_owned()).or_default().push(header)
+                let uid = header.text(tags::SERIES_INSTANCE_UID, 0).unwrap_or_default().to_owned();
+                by_series.entry(uid).or_default().push(header);
             }
             Err((_, ReadError::Cancelled(c))) => return Err(c.into()),
             Err(error) => broken.push(error),
@@ -217,8 +218,8 @@ fn images(headers: &[Header], warnings: &mut Vec<String>) -> Result<Vec<Image>, 
             imageless += 1;
             continue;
         }
-        // Whoever claims more frames than its bytes hold is refused when its storing is checked; here none is invented.
-        let most = usize::try_from(header.entry.bytes).unwrap_or(usize::MAX).saturating_mul(super::part::MOST_EXPANSION as usize);
+        // A frame has a byte at least. Whoever claims more of them is refused when its storing is checked.
+        let most = usize::try_from(header.entry.bytes).unwrap_or(usize::MAX);
         for frame in 0..header.frames().min(most) {
             let kind = header.text(tags::FRAME_TYPE, frame).or_else(|| header.text(tags::IMAGE_TYPE, frame)).unwrap_or_default();
             let numbers = header.numbers::<3>(tags::IMAGE_POSITION_PATIENT, frame).is_some()

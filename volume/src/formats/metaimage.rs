@@ -25,6 +25,9 @@ fn sniff(path: &Path, head: &[u8]) -> bool {
 /// Room for the names of 100,000 data files; a header that is longer is none.
 const MOST_BYTES: u64 = 16 << 20;
 
+/// More slices than the largest scanners make.
+const MOST_FILES: usize = 100_000;
+
 /// Names of one field in files of different age.
 type Names = &'static [&'static str];
 
@@ -223,7 +226,8 @@ fn names(header: &Header, slices: usize) -> Result<Vec<String>, ReadError> {
             let (digits, after) = after.split_once('d').ok_or_else(|| wrong("the pattern must hold one number like %d or %03d"))?;
             let width: usize = if digits.is_empty() { 0 } else { digits.parse().map_err(|_| wrong("its number is no %03d"))? };
             // More digits than a file name can have name no file; more files than slices hold none.
-            if width > 255 || step == 0 || first > last || ((last - first) / step) as usize >= slices {
+            let count = if step == 0 || first > last { 0 } else { ((last - first) / step) as usize + 1 };
+            if width > 255 || count == 0 || count > slices.min(MOST_FILES) {
                 return Err(wrong("the pattern names no files, or more than there are slices"));
             }
             (first..=last).step_by(step as usize).map(|n| format!("{before}{n:0width$}{after}")).collect()

@@ -91,7 +91,8 @@ pub fn build(slices: &[Slice], uneven: Uneven, thickness_mm: Option<f64>) -> Res
                 return Err(ReadError::Contradiction("its slices are shifted sideways against each other".into()));
             }
             let list = list_gaps(&gaps, usual);
-            let (more, steps) = ((total / usual).round() as usize + 1, (total / usual).round());
+            let steps = (total / usual).round();
+            let more = (steps as usize).saturating_add(1);
             // What a stack of so many slices would need is bounded: no gap asks for more than is there.
             if uneven == Uneven::Refuse || more > 16 * order.len() {
                 return Err(ReadError::Uneven { usual_mm: usual, gaps: list });
@@ -222,8 +223,9 @@ mod tests {
         assert_eq!(stack.grid.spacing_mm().z, 2.0);
         assert_eq!(stack.mixes[3], Mix { of: 2, and: 3, part: 0.5 });
         assert!((stack.mixes[4].part - 1.0).abs() < 1e-12 && stack.mixes[4].and == 3);
-        let far = at(&[0.0, 1.0, 2.0, 1e9]);
-        assert!(build(&far, Uneven::Resample, None).is_err());
+        for height in [1e9, 1e300] {
+            assert!(build(&at(&[0.0, 1.0, 2.0, height]), Uneven::Resample, None).is_err());
+        }
         let mut sideways = at(&[0.0, 1.0, 2.0, 3.0]);
         sideways[2].position_mm.x += 5.0;
         assert!(build(&sideways, Uneven::Resample, None).unwrap_err().to_string().contains("sideways"));

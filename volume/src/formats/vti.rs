@@ -47,6 +47,8 @@ struct Data {
     word: usize,
     encoding: Encoding,
     bytes: u64,
+    /// Bytes of the file from `start` on.
+    left: u64,
 }
 
 fn damaged(error: &dyn std::fmt::Display) -> ReadError {
@@ -147,7 +149,7 @@ fn scan(path: &Path, _hints: &Hints, progress: &Progress) -> Result<Scan, ReadEr
         (false, Form::Base64 | Form::Raw) if wanted > u128::from(left) => return Err(ReadError::Truncated { wanted, there: left }),
         _ => {}
     }
-    let data = Data { file: path.to_owned(), start, form, packed, word, encoding, bytes: wanted as u64 };
+    let data = Data { file: path.to_owned(), start, form, packed, word, encoding, bytes: wanted as u64, left };
     let storage = Storage::Stream(Box::new(move |progress, take| data.stream(progress, take).map(|()| vec![])));
     Ok(Scan { warnings: vec![NO_DIRECTIONS.into()], ..Scan::new(grid, encoding, there, storage) })
 }
@@ -253,8 +255,8 @@ impl Data {
 
     /// Bytes of the numbers in front of `count` blocks.
     fn header_bytes(&self, count: u64) -> Result<usize, ReadError> {
-        // No block is empty.
-        let fits = usize::try_from(count).ok().filter(|_| count <= self.bytes);
+        // They are in the file.
+        let fits = usize::try_from(count).ok().filter(|_| count <= self.left / self.word as u64);
         fits.map(|n| (3 + n) * self.word).ok_or_else(|| ReadError::Damaged(format!("it claims {count} blocks")))
     }
 

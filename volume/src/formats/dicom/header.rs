@@ -145,9 +145,14 @@ impl Header {
         self.numbers::<1>(tag, frame).map(|[n]| n)
     }
 
-    /// A whole number that has to be there.
+    /// A whole number of 16 bits.
+    pub fn small(&self, tag: Tag) -> Option<usize> {
+        self.number(tag, 0).filter(|n| (0.0..=65535.0).contains(n) && n.fract() == 0.0).map(|n| n as usize)
+    }
+
+    /// A whole number of 16 bits that has to be there.
     pub fn size(&self, tag: Tag, name: &'static str) -> Result<usize, ReadError> {
-        self.number(tag, 0).filter(|n| *n >= 0.0 && n.fract() == 0.0).map(|n| n as usize).ok_or(ReadError::MissingField(name))
+        self.small(tag).ok_or(ReadError::MissingField(name))
     }
 
     /// Takes what is wanted from a data set of at most `bytes` bytes.

@@ -49,8 +49,8 @@ impl Storing {
     pub fn of(header: &Header) -> Result<Self, ReadError> {
         let dims = [header.size(tags::COLUMNS, "Columns")?, header.size(tags::ROWS, "Rows")?];
         let allocated = header.size(tags::BITS_ALLOCATED, "BitsAllocated")?;
-        let bits = header.number(tags::BITS_STORED, 0).unwrap_or(allocated as f64) as usize;
-        let high = header.number(tags::HIGH_BIT, 0).unwrap_or(bits as f64 - 1.0) as usize;
+        let bits = header.small(tags::BITS_STORED).unwrap_or(allocated);
+        let high = header.small(tags::HIGH_BIT).unwrap_or(bits.saturating_sub(1));
         let signed = header.number(tags::PIXEL_REPRESENTATION, 0) == Some(1.0);
         let parts = header.number(tags::SAMPLES_PER_PIXEL, 0).unwrap_or(1.0);
         if parts != 1.0 {
