@@ -6,6 +6,7 @@ use bregma_volume::formats::{self, Hints, OpenError, Reduce, Scan, Uneven};
 use bregma_volume::{Cancelled, Progress, TransformError, Volume, read_transform};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use thiserror::Error;
@@ -103,7 +104,7 @@ impl Opened {
 
     /// Reads scans, each with its registration, and sessions with theirs. The view is that of a session that is alone.
     pub fn read(sources: &[Source], progress: &Progress) -> Result<Self, InputError> {
-        let (expanded, mut sessions) = expand(sources)?;
+        let (expanded, mut sessions) = expand(sources, progress)?;
         let (sources, layers): (Vec<Source>, Vec<Option<Layer>>) = expanded.into_iter().unzip();
         let volumes: Result<Vec<_>, InputError> =
             sources.iter().map(|source| Ok(Arc::new(source.scan(progress)?.load(progress)?))).collect();
@@ -171,12 +172,23 @@ impl Source {
 /// A scan, and the layer that a session has for it.
 type Expanded = (Source, Option<Layer>);
 
-/// The scans that are named, those of sessions among them, and the sessions.
-fn expand(sources: &[Source]) -> Result<(Vec<Expanded>, Vec<Session>), InputError> {
+/// The scans that are named, those of sessions among them, and the sessions. Files of one series name one scan.
+fn expand(sources: &[Source], progress: &Progress) -> Result<(Vec<Expanded>, Vec<Session>), InputError> {
     let (mut expanded, mut sessions) = (vec![], vec![]);
+    let mut named = HashSet::new();
+    let place = |file: &Path| std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
     for source in sources {
         match Session::read(source)? {
-            None => expanded.push((source.clone(), None)),
+            None if named.contains(&place(&source.file)) => {}
+            None => {
+                // One file needs no looking into; what cannot be read is told when its turn comes.
+                if sources.len() > 1
+                    && let Ok(scan) = source.scan(progress)
+                {
+                    named.extend(scan.series().iter().filter(|file| **file != source.file).map(|file| place(file)));
+                }
+                expanded.push((source.clone(), None));
+            }
             Some(session) => {
                 expanded.extend(session.volumes.iter().cloned().zip(session.scene.layers.iter().cloned().map(Some)));
                 sessions.push(session);
@@ -191,10 +203,9 @@ fn expand(sources: &[Source]) -> Result<(Vec<Expanded>, Vec<Session>), InputErro
 
 /// The first scan whose file does not say how far its samples are apart, when the person does not say either.
 pub fn without_spacing(sources: &[Source], progress: &Progress) -> Result<Option<usize>, InputError> {
-    for (n, source) in sources.iter().enumerate() {
-        let is_session = Session::read(source)?.is_some();
-        if !is_session && source.spacing_mm.is_none() && !source.scan(progress)?.spacing_is_stated() {
-            return Ok(Some(n));
+    for (source, layer) in expand(sources, progress)?.0 {
+        if layer.is_none() && source.spacing_mm.is_none() && !source.scan(progress)?.spacing_is_stated() {
+            return Ok(sources.iter().position(|s| *s == source));
         }
     }
     Ok(None)
@@ -202,7 +213,7 @@ pub fn without_spacing(sources: &[Source], progress: &Progress) -> Result<Option
 
 /// The headers of the scans that are named, those of sessions among them.
 pub fn scans(sources: &[Source], progress: &Progress) -> Result<Vec<Scan>, InputError> {
-    expand(sources)?.0.iter().map(|(source, _)| Ok(source.scan(progress)?)).collect()
+    expand(sources, progress)?.0.iter().map(|(source, _)| Ok(source.scan(progress)?)).collect()
 }
 
 /// A file larger than this is no session, so its text is not read.

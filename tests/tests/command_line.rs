@@ -257,6 +257,21 @@ fn info_says_what_a_scan_is() {
 }
 
 #[test]
+fn all_files_of_a_series_are_one_scan() {
+    // Fails if a person who selects every slice gets as many scans.
+    let Some(data) = bregma_tests::data("all_files_of_a_series_are_one_scan") else { return };
+    let folder = data.join("phantom-philips/tilted");
+    let files: Vec<String> = std::fs::read_dir(&folder).unwrap().map(|e| e.unwrap().path().display().to_string()).collect();
+    let lines = stdout(&ok(&folder, &format!("info --json {}", files.join(" "))));
+    assert_eq!((files.len(), lines.lines().count()), (54, 54), "info says what each is that is named");
+    let record: Value = serde_json::from_str(lines.lines().next().unwrap()).unwrap();
+    assert_eq!(record["dims"].to_string(), "[512,512,54]");
+    let line = format!("probe {} --iso 226 --origin 0,-300,750 --direction 0,1,0 --format json", files.join(" "));
+    let record: Value = serde_json::from_str(&stdout(&ok(&folder, &line))).unwrap();
+    assert_eq!(record["volumes"].as_array().unwrap().len(), 1);
+}
+
+#[test]
 fn scans_are_converted_and_reduced() {
     // Fails if a converted scan is another one, if a preview is not labelled, or if one is written half.
     let d = folder("convert");

@@ -98,6 +98,7 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
 
     let metadata = metadata(first, images[0].frame);
     let file_bytes = used_bytes(&headers, &used);
+    let series = headers.iter().map(|header| header.entry.file.clone()).collect();
     let mixes: Vec<(Mix, Image, Image)> = stack.mixes.iter().map(|&m| (m, images[m.of], images[m.and])).collect();
     let encoding = Encoding { sample, big_endian: false };
     let scales: Vec<[f64; 2]> = mixes.iter().flat_map(|&(_, of, and)| [scale(of), scale(and)]).collect();
@@ -116,7 +117,7 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
         if mix.part == 0.0 { Ok(bytes) } else { Ok(blend(&bytes, &read(and, scales[2 * k + 1])?, mix.part, sample)) }
     }));
     let scan = Scan::new(stack.grid, encoding, file_bytes, storage);
-    Ok(Scan { slope, intercept, unit: Some(unit), spacing_is_stated, warnings, metadata, ..scan })
+    Ok(Scan { slope, intercept, unit: Some(unit), spacing_is_stated, warnings, metadata, series, ..scan })
 }
 
 fn used_bytes(headers: &[Header], used: &[Image]) -> u64 {

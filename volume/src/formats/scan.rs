@@ -50,6 +50,8 @@ pub struct Scan {
     pub(super) spacing_is_stated: bool,
     pub(super) warnings: Vec<String>,
     pub(super) metadata: Metadata,
+    /// The other files that it is read from, where naming any of them names it.
+    pub(super) series: Vec<PathBuf>,
     /// Bytes that reading it passes.
     pub(super) file_bytes: u64,
     pub(super) storage: Storage,
@@ -86,6 +88,7 @@ impl Scan {
             spacing_is_stated: true,
             warnings: vec![],
             metadata: Metadata::new(),
+            series: vec![],
             file_bytes,
             storage,
         }
@@ -112,6 +115,11 @@ impl Scan {
     /// Whether the file, or the person, says how far samples are apart.
     pub fn spacing_is_stated(&self) -> bool {
         self.spacing_is_stated
+    }
+
+    /// The files that name the same scan: those of a DICOM series.
+    pub fn series(&self) -> &[PathBuf] {
+        &self.series
     }
 
     /// What the file says beside the samples.
