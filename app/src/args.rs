@@ -2,7 +2,7 @@
 
 use crate::input::Source;
 use bregma_renderer::{Color, Mode, Solver};
-use bregma_volume::formats::RawLayout;
+use bregma_volume::formats::{RawLayout, Reduce, Uneven};
 use clap::{Arg, ArgAction, ArgMatches, Args, Command as ClapCommand, FromArgMatches, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 use std::path::PathBuf;
@@ -61,6 +61,11 @@ pub enum Command {
     /// Say what a scan is
     #[command(after_help = "Examples:\n  bregma info skull.nrrd\n  bregma info --json *.nii.gz")]
     Info(InfoArgs),
+    /// Write a scan in another form
+    #[command(
+        after_help = "The name of OUT says the form: .nrrd, .nii, .nii.gz, .mha or .tif.\n\nExamples:\n  bregma convert dicom-folder skull.nrrd\n  bregma convert study#201 skull.nii.gz\n  bregma convert slices --spacing 0.05,0.05,0.05 skull.mha"
+    )]
+    Convert(ConvertArgs),
     /// Draw one picture
     #[command(
         after_help = "Examples:\n  bregma render skull.nrrd --iso 300 --out skull.png\n  bregma render a.nii.gz --transform a-to-b.json b.nii.gz --mode overlay --orbit 40,10 --size 1600x1200 --out pair.png\n  bregma render skull.nrrd --eye 0,-600,0 --target 0,0,0 --fov 25 --depth depth.npy --out skull.png"
@@ -112,6 +117,14 @@ pub struct InfoArgs {
     /// One JSON object for each file, a line each
     #[arg(long)]
     pub json: bool,
+}
+
+/// `bregma convert`.
+#[derive(Debug, Args)]
+pub struct ConvertArgs {
+    /// The scan, and the file to write.
+    #[command(flatten)]
+    pub files: Sources<2>,
 }
 
 /// Isovalues.
@@ -377,8 +390,8 @@ impl From<ModeName> for Mode {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Background(pub Option<Color>);
 
-/// Scans with what belongs to each: `--transform`, `--spacing` and `--raw` apply to the file before them; spacing and layout
-/// given before the first file apply to all. At least `MIN` files.
+/// Scans with what belongs to each: `--transform`, `--spacing`, `--reduce`, `--uneven` and `--raw` apply to the file before
+/// them; all but the first, given before the first file, apply to all. At least `MIN` files.
 #[derive(Clone, Debug)]
 pub struct Sources<const MIN: usize>(pub Vec<Source>);
 
@@ -388,7 +401,10 @@ impl<const MIN: usize> Args for Sources<MIN> {
         let files = Arg::new("files").value_name("FILE").value_parser(path()).num_args(MIN..).required(MIN > 0);
         let option = |name: &'static str, value: &'static str| Arg::new(name).long(name).value_name(value).action(ArgAction::Append);
         command
-            .arg(files.help("A scan (NRRD, NIfTI, headerless with --raw), or a session"))
+            .arg(
+                files
+                    .help("A scan, the folder or zip of a DICOM series (FOLDER#NUMBER where there are several) or of slices, or a session"),
+            )
             .arg(
                 option("transform", "FILE").value_parser(path()).help(
                     "Registration of the scan before it: JSON (4×4 rows; R and t; or pairs, chosen by name or FILE#NAME) or ITK .tfm",
@@ -398,6 +414,14 @@ impl<const MIN: usize> Args for Sources<MIN> {
                 option("spacing", "X,Y,Z")
                     .value_parser(spacing)
                     .help("Sample spacing of the scan before it, mm, where its file states none"),
+            )
+            .arg(option("reduce", "2|4").value_parser(reduce).help(
+                "Read only every 2nd or 4th sample along each axis of the scan before it: a preview that needs 1/8 or 1/64 of the memory",
+            ))
+            .arg(
+                option("uneven", "resample|refuse")
+                    .value_parser(uneven)
+                    .help("Slices of the scan before it that are not evenly spaced: interpolate them, or refuse them [default: refuse]"),
             )
             .arg(option("raw", "LAYOUT").value_parser(raw).help("The scan before it is headerless: WxHxD,u8|u16|i16|f32[,be][,skip=N]"))
     }
@@ -419,14 +443,25 @@ impl<const MIN: usize> FromArgMatches for Sources<MIN> {
             let n = owner(index).ok_or_else(|| usage("--transform applies to the scan before it: name the scan first"))?;
             sources[n].transform = Some(file.clone());
         }
-        for (index, mm) in placed("spacing").into_iter().zip(matches.get_many::<DVec3>("spacing").into_iter().flatten()) {
-            let first = owner(index);
-            sources.iter_mut().enumerate().filter(|(n, _)| first.is_none_or(|f| f == *n)).for_each(|(_, s)| s.spacing_mm = Some(*mm));
+        // The others, before all files, are for each of them.
+        fn each<T: Clone + Send + Sync + 'static>(
+            matches: &ArgMatches,
+            sources: &mut [Source],
+            name: &str,
+            owner: impl Fn(usize) -> Option<usize>,
+            set: impl Fn(&mut Source, T),
+        ) {
+            let indices = matches.indices_of(name).into_iter().flatten();
+            for (index, value) in indices.zip(matches.get_many::<T>(name).into_iter().flatten()) {
+                let first = owner(index);
+                let owned = sources.iter_mut().enumerate().filter(|(n, _)| first.is_none_or(|f| f == *n));
+                owned.for_each(|(_, source)| set(source, value.clone()));
+            }
         }
-        for (index, text) in placed("raw").into_iter().zip(matches.get_many::<String>("raw").into_iter().flatten()) {
-            let first = owner(index);
-            sources.iter_mut().enumerate().filter(|(n, _)| first.is_none_or(|f| f == *n)).for_each(|(_, s)| s.raw = Some(text.clone()));
-        }
+        each::<DVec3>(matches, &mut sources, "spacing", owner, |s, mm| s.spacing_mm = Some(mm));
+        each::<String>(matches, &mut sources, "raw", owner, |s, text| s.raw = Some(text));
+        each::<Reduce>(matches, &mut sources, "reduce", owner, |s, reduce| s.reduce = Some(reduce));
+        each::<Uneven>(matches, &mut sources, "uneven", owner, |s, uneven| s.uneven = uneven);
         Ok(Self(sources))
     }
 
@@ -473,6 +508,18 @@ fn ball(text: &str) -> Result<(DVec3, f64), String> {
 
 fn spacing(text: &str) -> Result<DVec3, String> {
     point(text).ok().filter(|s| s.min_element() > 0.0).ok_or_else(|| "not three positive lengths with commas between them".into())
+}
+
+fn reduce(text: &str) -> Result<Reduce, String> {
+    text.parse().ok().and_then(Reduce::every).ok_or_else(|| "neither 2 nor 4".into())
+}
+
+fn uneven(text: &str) -> Result<Uneven, String> {
+    match text {
+        "refuse" => Ok(Uneven::Refuse),
+        "resample" => Ok(Uneven::Resample),
+        _ => Err("neither `resample` nor `refuse`".into()),
+    }
 }
 
 fn raw(text: &str) -> Result<String, String> {

@@ -2,10 +2,11 @@
 
 use bregma_renderer::{Layer, Scene};
 use bregma_synthetic::Which;
-use bregma_volume::formats::{self, Hints, OpenError};
+use bregma_volume::formats::{self, Hints, OpenError, Reduce, Scan, Uneven};
 use bregma_volume::{Cancelled, Progress, TransformError, Volume, read_transform};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use thiserror::Error;
@@ -21,6 +22,12 @@ pub struct Source {
     /// Its layout, where it has no header, in the words of `--raw`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub raw: Option<String>,
+    /// Only every 2nd or 4th sample along each axis is read.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reduce: Option<Reduce>,
+    /// What is done with slices that are not evenly spaced.
+    #[serde(default, skip_serializing_if = "Uneven::is_default")]
+    pub uneven: Uneven,
     /// A registration file that moves it; a session holds the matrix in its scene instead.
     #[serde(skip)]
     pub transform: Option<PathBuf>,
@@ -116,22 +123,11 @@ impl Opened {
 
     /// Reads scans, each with its registration, and sessions with theirs. The view is that of a session that is alone.
     pub fn read(sources: &[Source], progress: &Progress) -> Result<Self, InputError> {
-        let mut expanded = Vec::new();
-        let mut sessions = Vec::new();
-        for source in sources {
-            match Session::read(source)? {
-                None => expanded.push((source.clone(), None)),
-                Some(session) => {
-                    expanded.extend(session.volumes.iter().cloned().zip(session.scene.layers.iter().cloned().map(Some)));
-                    sessions.push(session);
-                }
-            }
-        }
-        if expanded.len() > MOST_VOLUMES {
-            return Err(InputError::TooMany(expanded.len()));
-        }
+        let (expanded, mut sessions) = expand(sources, progress)?;
         let (sources, layers): (Vec<Source>, Vec<Option<Layer>>) = expanded.into_iter().unzip();
-        let volumes = read_volumes(&sources, progress)?;
+        let volumes: Result<Vec<_>, InputError> =
+            sources.iter().map(|source| Ok(Arc::new(source.scan(progress)?.load(progress)?))).collect();
+        let volumes = volumes?;
         let mut opened = Self::new(sources, volumes);
         for (n, layer) in layers.into_iter().enumerate() {
             if let Some(layer) = layer {
@@ -185,14 +181,61 @@ impl Opened {
     }
 }
 
-fn read_volumes(sources: &[Source], progress: &Progress) -> Result<Vec<Arc<Volume>>, InputError> {
-    let read = |source: &Source| {
+impl Source {
+    /// Reads the headers of the scan.
+    pub fn scan(&self, progress: &Progress) -> Result<Scan, OpenError> {
         // `--raw` and sessions were checked when they were read.
-        let raw = source.raw.as_ref().and_then(|text| text.parse().ok());
-        let hints = Hints { spacing_mm: source.spacing_mm, raw };
-        Ok(Arc::new(formats::open(&source.file, &hints, progress)?))
-    };
-    sources.iter().map(read).collect()
+        let raw = self.raw.as_ref().and_then(|text| text.parse().ok());
+        let hints = Hints { spacing_mm: self.spacing_mm, raw, reduce: self.reduce, uneven: self.uneven, series: None };
+        formats::scan(&self.file, &hints, progress)
+    }
+}
+
+/// A scan, and the layer that a session has for it.
+type Expanded = (Source, Option<Layer>);
+
+/// The scans that are named, those of sessions among them, and the sessions. Files of one series name one scan.
+fn expand(sources: &[Source], progress: &Progress) -> Result<(Vec<Expanded>, Vec<Session>), InputError> {
+    let (mut expanded, mut sessions) = (vec![], vec![]);
+    let mut named = HashSet::new();
+    let place = |file: &Path| std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
+    for source in sources {
+        match Session::read(source)? {
+            None if named.contains(&place(&source.file)) => {}
+            None => {
+                // One file needs no looking into; what cannot be read is told when its turn comes.
+                if sources.len() > 1
+                    && let Ok(scan) = source.scan(progress)
+                {
+                    named.extend(scan.series().iter().filter(|file| **file != source.file).map(|file| place(file)));
+                }
+                expanded.push((source.clone(), None));
+            }
+            Some(session) => {
+                expanded.extend(session.volumes.iter().cloned().zip(session.scene.layers.iter().cloned().map(Some)));
+                sessions.push(session);
+            }
+        }
+    }
+    if expanded.len() > MOST_VOLUMES {
+        return Err(InputError::TooMany(expanded.len()));
+    }
+    Ok((expanded, sessions))
+}
+
+/// The first scan whose file does not say how far its samples are apart, when the person does not say either.
+pub fn without_spacing(sources: &[Source], progress: &Progress) -> Result<Option<usize>, InputError> {
+    for (source, layer) in expand(sources, progress)?.0 {
+        if layer.is_none() && source.spacing_mm.is_none() && !source.scan(progress)?.spacing_is_stated() {
+            return Ok(sources.iter().position(|s| *s == source));
+        }
+    }
+    Ok(None)
+}
+
+/// The headers of the scans that are named, those of sessions among them.
+pub fn scans(sources: &[Source], progress: &Progress) -> Result<Vec<Scan>, InputError> {
+    expand(sources, progress)?.0.iter().map(|(source, _)| Ok(source.scan(progress)?)).collect()
 }
 
 /// A file larger than this is no session, so its text is not read.

@@ -19,6 +19,7 @@ fn main() -> ExitCode {
     let done = match &cli.command {
         Some(Command::Demo(args)) => commands::demo(args, cli.common.backend),
         Some(Command::Info(args)) => commands::info(args),
+        Some(Command::Convert(args)) => commands::convert(args),
         Some(Command::Render(args)) => commands::render(args, cli.common.backend),
         Some(Command::Probe(args)) => commands::probe(args),
         Some(Command::Verify(args)) => commands::verify(args),

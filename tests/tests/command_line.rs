@@ -100,6 +100,7 @@ fn whatever_is_wrong_with_a_scan_is_one_clear_line() {
         .concat()
     };
     put("nan.nrrd", &floats(f32::NAN));
+    std::fs::create_dir_all(d.join("empty")).unwrap();
     put("before.png", b"what was here before");
     let render = |file: &str| format!("render {file} --out before.png --backend cpu");
     for (file, parts) in [
@@ -116,7 +117,7 @@ fn whatever_is_wrong_with_a_scan_is_one_clear_line() {
         ("nan.nrrd", &["nan.nrrd", "finite"]),
         ("broken.json", &["broken.json", "session"]),
         ("noscans.json", &["noscans.json", "no scans"]),
-        (".", &["folder"]),
+        ("empty", &["empty", "folder"]),
         ("good.nrrd --raw 16x16x17,i16", &["good.nrrd", "too early"]),
         ("good.nrrd --raw 1x1x1,u8", &["good.nrrd", "--raw"]),
         ("good.nrrd --transform missing.tfm", &["missing.tfm"]),
@@ -131,6 +132,15 @@ fn whatever_is_wrong_with_a_scan_is_one_clear_line() {
     fails(&d, "render good.nrrd --backend cpu --out no/such/folder/p.png", &["no/such/folder/p.png", "cannot be written"]);
     fails(&d, "render good.nrrd --backend cpu --out .", &["cannot be written"]);
     fails(&d, "demo --size 8 --out good.nrrd/demo", &["good.nrrd"]);
+    // No length in mm on a scan that nobody says the spacing of; a picture is none.
+    put("flat_4x4x4_uint8.raw", &[7; 64]);
+    fails(&d, "probe flat_4x4x4_uint8.raw --iso 5 --origin 0,0,-5 --direction 0,0,1", &["flat_4x4x4_uint8.raw", "--spacing"]);
+    fails(&d, "render flat_4x4x4_uint8.raw --iso 5 --depth d.npy --out p.png --backend cpu", &["flat_4x4x4_uint8.raw", "--spacing"]);
+    ok(&d, "probe flat_4x4x4_uint8.raw --spacing 1,1,2 --iso 5 --origin 0,0,-5 --direction 0,0,1");
+    fails(&d, "convert truncated.nrrd out.mha", &["truncated.nrrd", "8092"]);
+    fails(&d, "convert good.nrrd out.doc", &["out.doc", ".nrrd"]);
+    fails(&d, "convert good.nrrd no/such/out.mha", &["no/such/out.mha", "cannot be written"]);
+    fails(&d, "info good.nrrd#3", &["good.nrrd#3"]);
     fails(&d, "good.nrrd", &["no display", "bregma render"]);
     assert_eq!(std::fs::read(d.join("before.png")).unwrap(), b"what was here before");
     let left: Vec<_> =
@@ -158,6 +168,12 @@ fn wrong_usage_is_status_2() {
         "probe good.nrrd --origin 1,2,3 --toward 1,2,3",
         "render good.nrrd --out good.nrrd",
         "render good.nrrd --out q.png --depth q.png",
+        "convert good.nrrd",
+        "convert good.nrrd good.nrrd",
+        "convert good.nrrd --transform t.json out.mha",
+        "convert good.nrrd a.mha b.mha",
+        "info good.nrrd --reduce 3",
+        "info good.nrrd --uneven maybe",
         "good.nrrd render good.nrrd --out p.png",
         "--nonsense",
     ] {
@@ -167,7 +183,7 @@ fn wrong_usage_is_status_2() {
     }
     assert!(std::fs::read(d.join("good.nrrd")).unwrap().starts_with(b"NRRD"), "a scan was overwritten");
     ok(&d, "--threads 1 --backend cpu render good.nrrd --out before-command.png --size 16x16");
-    for line in ["--help", "render --help", "probe --help", "info --help", "bench --help", "demo --help", "--version"] {
+    for line in ["--help", "render --help", "convert --help", "probe --help", "info --help", "bench --help", "demo --help", "--version"] {
         assert!(!stdout(&ok(&d, line)).is_empty());
     }
 }
@@ -238,6 +254,46 @@ fn info_says_what_a_scan_is() {
     assert_eq!(record["bytes"], 8192);
     let lines = stdout(&ok(&d, "info ball.nrrd ball.nrrd --json"));
     assert_eq!(lines.lines().count(), 2);
+}
+
+#[test]
+fn all_files_of_a_series_are_one_scan() {
+    // Fails if a person who selects every slice gets as many scans.
+    let Some(data) = bregma_tests::data("all_files_of_a_series_are_one_scan") else { return };
+    let folder = data.join("phantom-philips/tilted");
+    let files: Vec<String> = std::fs::read_dir(&folder).unwrap().map(|e| e.unwrap().path().display().to_string()).collect();
+    let lines = stdout(&ok(&folder, &format!("info --json {}", files.join(" "))));
+    assert_eq!((files.len(), lines.lines().count()), (54, 54), "info says what each is that is named");
+    let record: Value = serde_json::from_str(lines.lines().next().unwrap()).unwrap();
+    assert_eq!(record["dims"].to_string(), "[512,512,54]");
+    let line = format!("probe {} --iso 226 --origin 0,-300,750 --direction 0,1,0 --format json", files.join(" "));
+    let record: Value = serde_json::from_str(&stdout(&ok(&folder, &line))).unwrap();
+    assert_eq!(record["volumes"].as_array().unwrap().len(), 1);
+}
+
+#[test]
+fn scans_are_converted_and_reduced() {
+    // Fails if a converted scan is another one, if a preview is not labelled, or if one is written half.
+    let d = folder("convert");
+    nrrd(&d.join("ball.nrrd"), CUBE, &ball());
+    let info = |file: &str| -> Value { serde_json::from_str(&stdout(&ok(&d, &format!("info {file} --json")))).unwrap() };
+    let before = info("ball.nrrd");
+    for name in ["a.nrrd", "a.nii", "a.nii.gz", "a.mha", "a.tif"] {
+        ok(&d, &format!("convert ball.nrrd {name}"));
+        let after = info(name);
+        for key in ["dims", "spacing_mm", "origin_mm", "direction", "type", "unit", "range", "otsu", "slope"] {
+            assert_eq!(before[key], after[key], "{key} of {name}");
+        }
+    }
+    let half = info("ball.nrrd --reduce 2");
+    assert_eq!((half["dims"].to_string(), half["spacing_mm"].to_string()), ("[8,8,8]".into(), "[2.0,2.0,2.0]".into()));
+    assert!(half["file"].as_str().unwrap().contains("every 2nd") && half["warnings"].to_string().contains("preview"), "{half}");
+    assert!(half["memory_bytes"].as_u64().unwrap() < before["memory_bytes"].as_u64().unwrap() / 7);
+    // An option behind the output is about the scan, too.
+    ok(&d, "convert ball.nrrd quarter.mha --reduce 4");
+    assert_eq!(info("quarter.mha")["dims"].to_string(), "[4,4,4]");
+    let left = std::fs::read_dir(&d).unwrap().filter(|e| e.as_ref().unwrap().file_name().to_string_lossy().contains(".part")).count();
+    assert_eq!(left, 0);
 }
 
 #[test]

@@ -10,7 +10,7 @@ use bregma_renderer::Mode;
 use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers, PointerButton, Pos2};
 use egui_kittest::Harness;
-use egui_kittest::kittest::Queryable;
+use egui_kittest::kittest::{NodeT, Queryable};
 use std::time::{Duration, Instant};
 
 type Window = Harness<'static, Workstation>;
@@ -154,6 +154,54 @@ fn the_demo_pair_is_opened_changed_and_measured() {
     window.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
     settle(&mut window);
     assert_eq!(window.state().scene().mode, Mode::Overlay);
+}
+
+#[test]
+fn rays_and_landmarks_are_many_named_and_undone() {
+    // Fails if a tool does not do what it says, a measurement is lost when another is made, or undo forgets one.
+    let mut window = open(Start::Demo);
+    wait(&mut window, "the demo pair", |w| !w.is_loading());
+    settle(&mut window);
+    // On the smooth of the forehead.
+    let target = on_bone(&window) - egui::vec2(10.0, 45.0);
+    click(&mut window, target);
+    let along_view = window.state().difference_ray().unwrap().clone();
+    window.get_by_label("Normal ray").click();
+    window.run_steps(2);
+    click(&mut window, target);
+    let along_normal = window.state().difference_ray().unwrap().clone();
+    let [view, normal] = [&along_view, &along_normal].map(|r| r.volumes[0].segments[0].uncertainty);
+    assert!(view.error_mm > 0.0 && normal.error_mm > 0.0);
+    let oblique = along_normal.volumes.iter().flat_map(|v| &v.segments).map(|s| s.obliquity_deg[0]).fold(f64::INFINITY, f64::min);
+    assert!(oblique < 5.0, "a ray along the normal meets the surface straight, not at {oblique}°");
+    window.get_by_label("Ray through two points").click();
+    window.run_steps(2);
+    let other = target + egui::vec2(12.0, 25.0);
+    click(&mut window, target);
+    window.get_by_label_contains("second point");
+    click(&mut window, other);
+    // Three rays: the last is selected and can be renamed; a click on another's name shows its numbers.
+    window.get_by_label("Name of Ray 3");
+    window.get_by_label("Ray 1").click();
+    window.run_steps(2);
+    assert_eq!(window.state().difference_ray().unwrap().volumes, along_view.volumes);
+    window.get_by_label("Landmark").click();
+    window.run_steps(2);
+    click(&mut window, target);
+    click(&mut window, other);
+    window.get_by_label("Name of L1");
+    window.get_by_label_contains("mm to L1");
+    window.get_by_label("Density along the ray");
+    screenshot(&mut window, "measured.png");
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    window.run_steps(3);
+    assert!(window.query_by_label("Name of L2").is_none() && window.query_by_label("Name of L1").is_some());
+    window.get_by_label("Delete Ray 2").click();
+    window.run_steps(3);
+    assert!(window.query_by_label("Delete Ray 2").is_none() && window.query_by_label("Delete Ray 1").is_some());
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    window.run_steps(3);
+    assert!(window.query_by_label("Delete Ray 2").is_some(), "undo brings the ray back");
 }
 
 #[test]
@@ -337,4 +385,31 @@ fn the_chart_is_measured_on_the_open_view_and_its_points_switch_the_picture() {
     settle(&mut window);
     assert_eq!(changed(&exact, &pixels(&window)), 0);
     std::fs::remove_file(&file).unwrap();
+}
+
+#[test]
+fn a_spacing_that_no_file_states_is_asked_for() {
+    // Fails if a scan opens with made-up millimetres, or if the answer is not used.
+    let folder = std::env::temp_dir().join(format!("bregma-asks-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let file = folder.join("ball_16x16x16_uint8.raw");
+    let ball = |n: usize| [n % 16, n / 16 % 16, n / 256].map(|c| (c as f64 - 7.5).powi(2)).iter().sum::<f64>().sqrt();
+    std::fs::write(&file, (0..4096).map(|n| (250.0 - 25.0 * ball(n)).max(0.0) as u8).collect::<Vec<u8>>()).unwrap();
+    let mut window = open(Start::Files(vec![bregma::input::Source { file, ..Default::default() }]));
+    let begun = Instant::now();
+    while window.query_by_label("Open").is_none() {
+        window.step();
+        assert!(begun.elapsed() < Duration::from_secs(60), "nothing is asked");
+    }
+    assert!(window.state().is_loading() && window.get_by_label("Open").accesskit_node().is_disabled());
+    for (axis, mm) in [("i", 0.5), ("j", 0.5), ("k", 2.0)] {
+        window.get_by_role_and_label(Role::SpinButton, axis).set_value_accesskit(mm);
+        window.step();
+    }
+    window.get_by_label("Open").click();
+    wait(&mut window, "the scan", |w| !w.is_loading());
+    settle(&mut window);
+    let picture = window.state().picture().unwrap();
+    assert!(picture.volume_id.contains(&1), "the ball is drawn");
+    std::fs::remove_dir_all(folder).unwrap();
 }

@@ -144,6 +144,13 @@ impl Grid {
         Self::from_affine(self.dims, transform * self.index_to_world)
     }
 
+    /// The grid of every `step`-th sample along each axis, beginning with the first.
+    pub fn every(&self, step: usize) -> Self {
+        let matrix = self.index_to_world.matrix3 * step as f64;
+        let map = DAffine3::from_mat3_translation(matrix, self.index_to_world.translation);
+        Self { dims: self.dims.map(|n| n.div_ceil(step)), index_to_world: map, world_to_index: map.inverse() }
+    }
+
     /// The eight corners of the box that the interpolant lives on, in world mm.
     pub fn corners_mm(&self) -> [DVec3; 8] {
         let [nx, ny, nz] = self.dims.map(|n| (n - 1) as f64);

@@ -1,6 +1,7 @@
 //! What a scan is: samples on a grid in the world, what their numbers mean, and how files become that.
 //!
-//! Data flows one way: a file is read by one of the [`formats`] into a [`Raster`], which [`Volume::new`] checks and indexes.
+//! Data flows one way: one of the [`formats`] turns a file's headers into a [`formats::Scan`]; its samples stream into a [`Raster`], which
+//! [`Volume::new`] checks and indexes.
 
 mod content;
 pub mod formats;
@@ -11,6 +12,7 @@ mod ranges;
 mod registration;
 mod replace;
 mod samples;
+mod summary;
 mod volume;
 
 pub use grid::{Grid, GridError, IndexPoint, WorldPoint};
@@ -20,4 +22,5 @@ pub use ranges::{BRICK, RangeBricks};
 pub use registration::{TransformError, read_transform};
 pub use replace::replace_file;
 pub use samples::{Sample, Samples};
-pub use volume::{Raster, Unit, Volume, VolumeError};
+pub use summary::Summary;
+pub use volume::{Metadata, Raster, Unit, Volume, VolumeError};

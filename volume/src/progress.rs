@@ -7,6 +7,8 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 pub struct Progress {
     done: AtomicU64,
     total: AtomicU64,
+    slices: AtomicU64,
+    of_slices: AtomicU64,
     cancelled: AtomicBool,
 }
 
@@ -20,6 +22,23 @@ impl Progress {
     pub fn begin(&self, total: u64) {
         self.done.store(0, Ordering::Relaxed);
         self.total.store(total, Ordering::Relaxed);
+        self.of_slices.store(0, Ordering::Relaxed);
+    }
+
+    /// Says that the work is the reading of a scan, of which `slices` of `of` are there.
+    pub fn reached(&self, slices: u64, of: u64) {
+        self.slices.store(slices, Ordering::Relaxed);
+        self.of_slices.store(of, Ordering::Relaxed);
+    }
+
+    /// How far it is in words: bytes and slices while a scan is read, else a percentage.
+    pub fn text(&self) -> String {
+        let [done, total, slices, of] = [&self.done, &self.total, &self.slices, &self.of_slices].map(|n| n.load(Ordering::Relaxed));
+        let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+        match of {
+            0 => format!("{:.0} %", 100.0 * self.fraction()),
+            _ => format!("{:.1} of {:.1} MiB, slice {slices} of {of}", mib(done.min(total)), mib(total)),
+        }
     }
 
     /// Counts `amount` more as done; fails when the work should stop.

@@ -45,20 +45,26 @@ impl RangeBricks {
 fn fill_layer<T: Sample>(samples: &[T], dims: [usize; 3], z: usize, bx: usize, layer: &mut [[f32; 2]]) {
     let [nx, ny, nz] = dims;
     let last = |brick: usize, n: usize| (brick * BRICK + BRICK).min(n - 1);
-    for (b, range) in layer.iter_mut().enumerate() {
-        let (x, y) = (b % bx, b / bx);
-        let mut low = samples[(z * BRICK * ny + y * BRICK) * nx + x * BRICK];
-        let mut high = low;
+    let lower = |a: T, b: T| if b < a { b } else { a };
+    let higher = |a: T, b: T| if b > a { b } else { a };
+    for (y, bricks) in layer.chunks_mut(bx).enumerate() {
+        // First all rows into one, side by side, then along it.
+        let first = (z * BRICK * ny + y * BRICK) * nx;
+        let mut lows = samples[first..first + nx].to_vec();
+        let mut highs = lows.clone();
         for k in z * BRICK..=last(z, nz) {
             for j in y * BRICK..=last(y, ny) {
-                let row = (k * ny + j) * nx;
-                for &s in &samples[row + x * BRICK..=row + last(x, nx)] {
-                    low = if s < low { s } else { low };
-                    high = if s > high { s } else { high };
-                }
+                let row = &samples[(k * ny + j) * nx..][..nx];
+                lows.iter_mut().zip(row).for_each(|(low, &s)| *low = lower(*low, s));
+                highs.iter_mut().zip(row).for_each(|(high, &s)| *high = higher(*high, s));
             }
         }
-        *range = [low.to_f32(), high.to_f32()];
+        for (x, range) in bricks.iter_mut().enumerate() {
+            let reach = x * BRICK..=last(x, nx);
+            let low = lows[reach.clone()].iter().copied().reduce(lower);
+            let high = highs[reach].iter().copied().reduce(higher);
+            *range = [low, high].map(|v| v.expect("a brick has samples").to_f32());
+        }
     }
 }
 

@@ -6,6 +6,8 @@ pub trait Sample: Copy + Send + Sync + PartialOrd + 'static {
     const NAME: &'static str;
     /// Widened to float32; exact, as integers have at most 16 bits.
     fn to_f32(self) -> f32;
+    /// As a whole number; exact for integers.
+    fn to_i32(self) -> i32;
     /// Widened to float64; exact.
     fn to_f64(self) -> f64 {
         f64::from(self.to_f32())
@@ -17,6 +19,7 @@ macro_rules! sample {
         impl Sample for $t {
             const NAME: &'static str = stringify!($t);
             fn to_f32(self) -> f32 { f32::from(self) }
+            fn to_i32(self) -> i32 { self as i32 }
         }
     )*};
 }

@@ -1,12 +1,14 @@
 //! A scan in memory: samples on a grid, what their numbers mean, and the ranges that speed everything up.
 
 use crate::grid::Grid;
-use crate::histogram::{Histogram, Otsu};
+use crate::histogram::Histogram;
 use crate::ranges::RangeBricks;
 use crate::samples::{Sample, Samples};
+use crate::summary::Summary;
 use crate::with_samples;
 use rayon::prelude::*;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use thiserror::Error;
 
 /// What a value is.
@@ -37,15 +39,21 @@ pub struct Raster {
     pub warnings: Vec<String>,
 }
 
+/// What a file says beside its samples, as text by name, such as `Modality`.
+pub type Metadata = BTreeMap<String, String>;
+
 /// A scan, ready to be drawn and measured. `value = slope·sample + intercept`.
 #[derive(Debug)]
 pub struct Volume {
     name: String,
     format: &'static str,
-    raster: Raster,
+    grid: Grid,
+    samples: Samples,
     bricks: RangeBricks,
-    histogram: Histogram,
-    otsu: Option<Otsu>,
+    summary: Summary,
+    warnings: Vec<String>,
+    spacing_is_stated: bool,
+    metadata: Metadata,
 }
 
 /// Why a raster is not a volume.
@@ -73,42 +81,38 @@ pub enum VolumeError {
 }
 
 /// Bins of a volume's histogram: fine enough that a bin of 4,096 HU is 4 HU wide.
-const BINS: usize = 1024;
+pub(crate) const BINS: usize = 1024;
 
 impl Volume {
     /// Checks `raster` and builds its ranges and histogram. NaN samples are taken as the lowest value of the scan and
     /// infinities, or what some programs write for them, as its ends, with a warning, since a surface needs an ordering.
-    pub fn new(name: String, format: &'static str, mut raster: Raster) -> Result<Self, VolumeError> {
-        let (grid, samples) = (raster.grid.len(), raster.samples.len());
-        if grid != samples {
-            return Err(VolumeError::Count { grid, samples });
+    pub fn new(name: String, format: &'static str, raster: Raster) -> Result<Self, VolumeError> {
+        let Raster { grid, mut samples, slope, intercept, unit, mut warnings } = raster;
+        if grid.len() != samples.len() {
+            return Err(VolumeError::Count { grid: grid.len(), samples: samples.len() });
         }
-        let (slope, intercept) = (raster.slope, raster.intercept);
-        if !(slope.is_finite() && intercept.is_finite() && slope != 0.0) {
-            return Err(VolumeError::Scale { slope, intercept });
+        Summary::check_scale(slope, intercept)?;
+        if let Samples::F32(s) = &mut samples {
+            warnings.extend(mended(make_finite(s)?));
         }
-        if let Samples::F32(s) = &mut raster.samples {
-            let replaced = make_finite(s)?;
-            if replaced > 0 {
-                let text = format!(
-                    "{replaced} samples are NaN, infinite or beyond ±1e37; they are taken as the nearest other end of the scan, NaN as its lowest"
-                );
-                raster.warnings.push(text);
-            }
-        }
-        if raster.grid.is_flat() {
-            let [nx, ny, nz] = raster.grid.dims();
-            let text = format!(
-                "the scan is {nx}×{ny}×{nz} samples: with a single sample along an axis it has no volume, so there is nothing to draw"
-            );
-            raster.warnings.push(text);
-        }
-        let dims = raster.grid.dims();
-        let bricks = with_samples!(&raster.samples, s => RangeBricks::build(s, dims));
-        let range = with_samples!(&raster.samples, s => range(s));
-        let histogram = Histogram::build(&raster.samples, range, BINS);
-        let otsu = histogram.otsu();
-        Ok(Self { name, format, raster, bricks, histogram, otsu })
+        warnings.extend(flat(&grid));
+        let dims = grid.dims();
+        let bricks = with_samples!(&samples, s => RangeBricks::build(s, dims));
+        // The bricks cover all samples, unless the grid has no cells.
+        let widest = |a: [f32; 2], b: [f32; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+        let range = match bricks.ranges().iter().copied().reduce(widest) {
+            Some(ends) => ends.map(f64::from),
+            None => with_samples!(&samples, s => range(s)),
+        };
+        let histogram = Histogram::build(&samples, range, BINS);
+        let summary = Summary::new(slope, intercept, unit, histogram);
+        let (spacing_is_stated, metadata) = (true, Metadata::new());
+        Ok(Self { name, format, grid, samples, bricks, summary, warnings, spacing_is_stated, metadata })
+    }
+
+    /// The same with what its file says beside the samples.
+    pub(crate) fn with_facts(self, spacing_is_stated: bool, metadata: Metadata) -> Self {
+        Self { spacing_is_stated, metadata, ..self }
     }
 
     /// What the person calls it: its file's name.
@@ -123,12 +127,22 @@ impl Volume {
 
     /// Where the samples lie.
     pub fn grid(&self) -> &Grid {
-        &self.raster.grid
+        &self.grid
+    }
+
+    /// Whether its file, or the person, says how far samples are apart. If not, 1 mm is assumed, and no length means anything.
+    pub fn spacing_is_stated(&self) -> bool {
+        self.spacing_is_stated
+    }
+
+    /// What the file says beside the samples.
+    pub fn metadata(&self) -> &Metadata {
+        &self.metadata
     }
 
     /// The samples, i fastest.
     pub fn samples(&self) -> &Samples {
-        &self.raster.samples
+        &self.samples
     }
 
     /// Ranges of the bricks of 8³ cells, in sample units.
@@ -136,73 +150,85 @@ impl Volume {
         &self.bricks
     }
 
+    /// What the samples mean and how they are spread.
+    pub fn summary(&self) -> &Summary {
+        &self.summary
+    }
+
     /// The histogram in sample units.
     pub fn histogram(&self) -> &Histogram {
-        &self.histogram
+        &self.summary.histogram
     }
 
     /// Value per sample unit.
     pub fn slope(&self) -> f64 {
-        self.raster.slope
+        self.summary.slope
     }
 
     /// Value of sample 0.
     pub fn intercept(&self) -> f64 {
-        self.raster.intercept
+        self.summary.intercept
     }
 
     /// What a value is.
     pub fn unit(&self) -> Unit {
-        self.raster.unit
+        self.summary.unit
     }
 
     /// What was unusual about the file, each a sentence for the person.
     pub fn warnings(&self) -> &[String] {
-        &self.raster.warnings
+        &self.warnings
     }
 
     /// The value of a sample.
     pub fn value_of(&self, sample: f64) -> f64 {
-        self.raster.slope * sample + self.raster.intercept
+        self.summary.value_of(sample)
     }
 
     /// The sample that has `value`, as a real number.
     pub fn sample_of(&self, value: f64) -> f64 {
-        (value - self.raster.intercept) / self.raster.slope
+        (value - self.summary.intercept) / self.summary.slope
     }
 
     /// Lowest and highest value.
     pub fn range(&self) -> [f64; 2] {
-        let [a, b] = self.histogram.range.map(|s| self.value_of(s));
-        [a.min(b), a.max(b)]
+        self.summary.range()
     }
 
     /// Otsu's threshold as a value; `None` when all samples are equal.
     pub fn otsu(&self) -> Option<f64> {
-        self.otsu.map(|o| self.value_of(o.threshold))
+        self.summary.otsu()
     }
 
     /// The step between Otsu's two classes (for a skull: bone minus air), in values.
     pub fn otsu_step(&self) -> Option<f64> {
-        self.otsu.map(|o| ((o.mean_above - o.mean_below) * self.raster.slope).abs())
+        self.summary.otsu_step()
     }
 
-    /// The isovalue to open with, and why: 226 HU, InVesalius's threshold for bone, where values are HU and reach it;
-    /// otherwise Otsu's; the middle of the range when there is nothing to split.
+    /// The isovalue to open with, and why; see [`Summary::default_isovalue`].
     pub fn default_isovalue(&self) -> (f64, &'static str) {
-        const BONE_HU: f64 = 226.0;
-        let [low, high] = self.range();
-        match self.otsu() {
-            _ if self.unit() == Unit::Hounsfield && low < BONE_HU && BONE_HU <= high => (BONE_HU, "bone, 226 HU"),
-            Some(otsu) => (otsu, "Otsu's threshold"),
-            None => ((low + high) / 2.0, "middle of the range"),
-        }
+        self.summary.default_isovalue()
     }
 
     /// Memory beside the samples.
     pub fn index_bytes(&self) -> usize {
-        self.bricks.bytes() + size_of_val(self.histogram.counts.as_slice())
+        self.bricks.bytes() + size_of_val(self.summary.histogram.counts.as_slice())
     }
+}
+
+/// The sentence about samples that are no usable numbers.
+pub(crate) fn mended(count: usize) -> Option<String> {
+    (count > 0).then(|| {
+        format!("{count} samples are NaN, infinite or beyond ±1e37; they are taken as the nearest other end of the scan, NaN as its lowest")
+    })
+}
+
+/// The sentence about a grid without volume.
+pub(crate) fn flat(grid: &Grid) -> Option<String> {
+    let [nx, ny, nz] = grid.dims();
+    grid.is_flat().then(|| {
+        format!("the scan is {nx}×{ny}×{nz} samples: with a single sample along an axis it has no volume, so there is nothing to draw")
+    })
 }
 
 fn range<T: Sample>(samples: &[T]) -> [f64; 2] {
@@ -218,22 +244,30 @@ fn range<T: Sample>(samples: &[T]) -> [f64; 2] {
     [low.to_f64(), high.to_f64()]
 }
 
-/// Larger numbers are no measurements but marks such as ±3.4e38 for "no data"; and sums of a few would be infinite in float32.
-const MOST: f32 = 1e37;
+/// Whether a sample is no measurement but a mark such as ±3.4e38 for "no data"; sums of a few larger than 1e37 would be infinite.
+pub(crate) fn is_odd(sample: f32) -> bool {
+    sample.is_nan() || sample.abs() > 1e37
+}
+
+/// What a sample that is odd is taken as, in a scan from `low` to `high`.
+pub(crate) fn mend(sample: f32, [low, high]: [f32; 2]) -> f32 {
+    match is_odd(sample) {
+        false => sample,
+        true if sample > 0.0 => high,
+        true => low,
+    }
+}
 
 fn make_finite(samples: &mut [f32]) -> Result<usize, VolumeError> {
-    let is_odd = |s: f32| s.is_nan() || s.abs() > MOST;
     let usual = samples.par_iter().copied().filter(|&s| !is_odd(s));
-    let ends = |a: (f32, f32), b: (f32, f32)| (a.0.min(b.0), a.1.max(b.1));
-    let (low, high) = usual.map(|s| (s, s)).reduce(|| (f32::MAX, f32::MIN), ends);
-    if low > high {
+    let ends = |a: [f32; 2], b: [f32; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+    let ends = usual.map(|s| [s, s]).reduce(|| [f32::MAX, f32::MIN], ends);
+    if ends[0] > ends[1] {
         return Err(VolumeError::NothingFinite);
     }
     let mend = |s: &mut f32| {
         let odd = is_odd(*s);
-        if odd {
-            *s = if *s > 0.0 { high } else { low };
-        }
+        *s = mend(*s, ends);
         usize::from(odd)
     };
     Ok(samples.par_iter_mut().map(mend).sum())

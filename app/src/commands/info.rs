@@ -2,8 +2,9 @@
 
 use super::{CommandError, print, warn, with_progress};
 use crate::args::InfoArgs;
-use crate::input::Opened;
-use bregma_volume::{Unit, Volume};
+use crate::input::{InputError, scans};
+use bregma_volume::formats::{Scan, Survey};
+use bregma_volume::{Metadata, Unit};
 use glam::{DMat3, DVec3};
 use serde::Serialize;
 
@@ -25,75 +26,87 @@ struct Record<'a> {
     unit: Unit,
     range: [f64; 2],
     otsu: Option<f64>,
-    bytes: usize,
+    /// Of the samples.
+    bytes: u64,
+    /// That opening it needs.
+    memory_bytes: u64,
+    spacing_is_stated: bool,
+    metadata: &'a Metadata,
     warnings: &'a [String],
 }
 
-/// Says what each scan is.
+/// Says what each scan is. Its samples stream by; they are not kept.
 pub fn info(args: &InfoArgs) -> Result<(), CommandError> {
     for source in &args.sources.0 {
-        let opened = with_progress("reading", |progress| Opened::read(std::slice::from_ref(source), progress))?;
-        for volume in &opened.volumes {
+        for scan in with_progress("reading", |progress| scans(std::slice::from_ref(source), progress))? {
+            let survey = with_progress("reading", |progress| scan.survey(progress)).map_err(InputError::from)?;
             if args.json {
-                let line = serde_json::to_string(&record(volume)).expect("the record has only numbers, texts and lists");
+                let name = scan.name();
+                let line = serde_json::to_string(&record(&name, &scan, &survey)).expect("the record has only numbers, texts and lists");
                 print(&(line + "\n"))?;
             } else {
-                print(&text(volume))?;
-                warn(&volume.warnings().iter().map(|w| format!("{}: {w}", volume.name())).collect::<Vec<_>>());
+                print(&text(&scan, &survey))?;
+                warn(&survey.warnings.iter().map(|w| format!("{}: {w}", scan.name())).collect::<Vec<_>>());
             }
         }
     }
     Ok(())
 }
 
-fn record(volume: &Volume) -> Record<'_> {
-    let grid = volume.grid();
+fn record<'a>(name: &'a str, scan: &'a Scan, survey: &'a Survey) -> Record<'a> {
+    let grid = scan.grid();
     let (m, o) = (grid.index_to_world().matrix3, grid.origin_mm());
     let row = |m: DMat3, r: usize| m.row(r).to_array();
     let world_row = |r: usize| [m.row(r).x, m.row(r).y, m.row(r).z, o[r]];
     Record {
-        file: volume.name(),
-        format: volume.format(),
+        file: name,
+        format: scan.format(),
         dims: grid.dims(),
         spacing_mm: grid.spacing_mm().to_array(),
         origin_mm: o.to_array(),
         direction: [0, 1, 2].map(|r| row(grid.direction(), r)),
         to_world: [world_row(0), world_row(1), world_row(2), [0.0, 0.0, 0.0, 1.0]],
-        r#type: volume.samples().type_name(),
-        slope: volume.slope(),
-        intercept: volume.intercept(),
-        unit: volume.unit(),
-        range: volume.range(),
-        otsu: volume.otsu(),
-        bytes: volume.samples().bytes(),
-        warnings: volume.warnings(),
+        r#type: survey.type_name,
+        slope: survey.summary.slope,
+        intercept: survey.summary.intercept,
+        unit: survey.summary.unit,
+        range: survey.summary.range(),
+        otsu: survey.summary.otsu(),
+        bytes: survey.sample_bytes,
+        memory_bytes: survey.memory_bytes,
+        spacing_is_stated: scan.spacing_is_stated(),
+        metadata: scan.metadata(),
+        warnings: &survey.warnings,
     }
 }
 
-fn text(volume: &Volume) -> String {
-    let grid = volume.grid();
+fn text(scan: &Scan, survey: &Survey) -> String {
+    let (grid, summary) = (scan.grid(), &survey.summary);
     let [nx, ny, nz] = grid.dims();
     let list = |v: DVec3| v.to_array().map(short).join(", ");
+    let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
     let d = grid.direction();
-    let unit = match volume.unit() {
+    let unit = match summary.unit {
         Unit::Hounsfield => " HU",
         Unit::Value => "",
     };
-    let [low, high] = volume.range();
-    let (iso, why) = volume.default_isovalue();
+    let [low, high] = summary.range();
+    let (iso, why) = summary.default_isovalue();
+    let metadata: String = scan.metadata().iter().map(|(key, value)| format!("  {key}: {value}\n")).collect();
     format!(
-        "{}\n  format     {}\n  samples    {nx} × {ny} × {nz} {}, {:.1} MiB\n  spacing    {} mm\n  origin     {} mm (LPS)\n  directions i ({}), j ({}), k ({})\n  values     {low} to {high}{unit}; slope {}, intercept {}\n  isovalue   {}{unit} ({why})\n",
-        volume.name(),
-        volume.format(),
-        volume.samples().type_name(),
-        volume.samples().bytes() as f64 / f64::from(1 << 20),
+        "{}\n  format     {}\n  samples    {nx} × {ny} × {nz} {}, {:.1} MiB; opening needs {:.1} MiB\n  spacing    {} mm\n  origin     {} mm (LPS)\n  directions i ({}), j ({}), k ({})\n  values     {low} to {high}{unit}; slope {}, intercept {}\n  isovalue   {}{unit} ({why})\n{metadata}",
+        scan.name(),
+        scan.format(),
+        survey.type_name,
+        mib(survey.sample_bytes),
+        mib(survey.memory_bytes),
         list(grid.spacing_mm()),
         list(grid.origin_mm()),
         list(d.x_axis),
         list(d.y_axis),
         list(d.z_axis),
-        volume.slope(),
-        volume.intercept(),
+        summary.slope,
+        summary.intercept,
         short(iso),
     )
 }

@@ -2,6 +2,7 @@
 
 mod bench;
 mod chart;
+mod convert;
 mod demo;
 mod info;
 mod probe;
@@ -12,6 +13,7 @@ mod verify;
 
 pub use bench::bench;
 pub use chart::chart;
+pub use convert::convert;
 pub use demo::{demo, write_demo};
 pub use info::info;
 pub use probe::probe;
@@ -25,7 +27,7 @@ use crate::input::{InputError, Opened, Source};
 use crate::output::OutputError;
 use bregma_renderer::{CpuRenderer, GpuRenderer, RenderError, Renderer};
 use bregma_volume::Progress;
-use bregma_volume::formats::nrrd;
+use bregma_volume::formats::WriteError;
 use std::io::{IsTerminal, Write};
 use std::path::Path;
 use std::time::Duration;
@@ -45,7 +47,7 @@ pub enum CommandError {
     Output(#[from] OutputError),
     /// A scan could not be written.
     #[error(transparent)]
-    Scan(#[from] nrrd::WriteError),
+    Scan(#[from] WriteError),
     /// The stability table.
     #[error(transparent)]
     Stability(#[from] bregma_renderer::stability::StabilityError),
@@ -58,7 +60,7 @@ pub enum CommandError {
     /// Standard output broke.
     #[error("standard output cannot be written ({0})")]
     Stdout(std::io::Error),
-    /// A list of rays that cannot be used, or a folder that cannot be made.
+    /// A list of rays that cannot be used, a folder that cannot be made, or a scan without spacing.
     #[error("{0}")]
     File(String),
     /// Wrong usage that only shows once the scans are known; status 2.
@@ -95,11 +97,12 @@ fn with_progress<T>(label: &'static str, work: impl FnOnce(&Progress) -> T) -> T
     let done = std::sync::atomic::AtomicBool::new(false);
     std::thread::scope(|scope| {
         scope.spawn(|| {
-            let style = indicatif::ProgressStyle::with_template("{msg} {bar:40} {percent}%");
-            let bar = indicatif::ProgressBar::new(1000).with_message(label);
+            let style = indicatif::ProgressStyle::with_template("{prefix} {bar:40} {msg}");
+            let bar = indicatif::ProgressBar::new(1000).with_prefix(label);
             let bar = style.map(|s| bar.clone().with_style(s)).unwrap_or(bar);
             while !done.load(std::sync::atomic::Ordering::Relaxed) {
                 bar.set_position((progress.fraction() * 1000.0) as u64);
+                bar.set_message(progress.text());
                 std::thread::sleep(Duration::from_millis(50));
             }
             bar.finish_and_clear();
@@ -116,6 +119,17 @@ fn open(sources: &[Source], isovalues: &Isovalues) -> Result<Opened, CommandErro
     set_each(&mut opened.scene.layers, &isovalues.iso, "--iso", |layer, iso| layer.iso = *iso)?;
     warn(&opened.warnings());
     Ok(opened)
+}
+
+/// Refuses to state lengths on a scan that nobody says the spacing of.
+fn require_spacing(opened: &Opened) -> Result<(), CommandError> {
+    match opened.volumes.iter().find(|v| !v.spacing_is_stated()) {
+        None => Ok(()),
+        Some(v) => {
+            let text = format!("{}: it states no spacing, so no length on it is known in mm; pass --spacing X,Y,Z", v.name());
+            Err(CommandError::File(text))
+        }
+    }
 }
 
 /// Makes a folder for outputs, if it is not there.

@@ -1,6 +1,6 @@
 //! `bregma probe`: the difference ray, one or many.
 
-use super::{CommandError, open, print, with_progress};
+use super::{CommandError, open, print, require_spacing, with_progress};
 use crate::args::{ProbeArgs, ProbeFormat};
 use crate::record::{Origin, measure, to_json};
 use bregma_measure::{DifferenceRay, export};
@@ -17,6 +17,7 @@ pub fn probe(args: &ProbeArgs) -> Result<(), CommandError> {
         None => vec![single_ray(args)?],
     };
     let opened = open(&args.sources.0, &args.isovalues)?;
+    require_spacing(&opened)?;
     let cast = |ray: &Ray| measure(&opened, ray);
     let found = with_progress("casting", |progress| {
         progress.begin(rays.len() as u64);

@@ -1,6 +1,6 @@
 //! `bregma render`: one picture.
 
-use super::{CommandError, open, renderer, set_each, warn};
+use super::{CommandError, open, renderer, require_spacing, set_each, warn};
 use crate::args::{Backend, CameraArgs, RenderArgs};
 use crate::input::Opened;
 use crate::output::{write_depth, write_png, write_volume_id};
@@ -11,6 +11,9 @@ use std::path::{Path, PathBuf};
 pub fn render(args: &RenderArgs, backend: Backend) -> Result<(), CommandError> {
     keep_apart(args)?;
     let mut opened = open(&args.sources.0, &args.isovalues)?;
+    if args.depth.is_some() {
+        require_spacing(&opened)?;
+    }
     set_each(&mut opened.scene.layers, &args.opacity, "--opacity", |layer, v| layer.opacity = *v as f32)?;
     set_each(&mut opened.scene.layers, &args.color, "--color", |layer, c| layer.color = *c)?;
     opened.scene.mode = args.mode.map_or(opened.scene.mode, Into::into);

@@ -1,7 +1,7 @@
 //! `bregma thickness`: how thick the bone is, over the whole surface.
 
 use super::render::camera;
-use super::{CommandError, make_folder, open, print, renderer, with_progress};
+use super::{CommandError, make_folder, open, print, renderer, require_spacing, with_progress};
 use crate::args::{Backend, ThicknessArgs, ThicknessMethod};
 use crate::output::{write_figure, write_whole};
 use crate::thickness::{Scale, figure, paint, white};
@@ -24,6 +24,7 @@ pub fn thickness(args: &ThicknessArgs, backend: Backend) -> Result<(), CommandEr
     if opened.volumes.len() != 1 {
         return Err(CommandError::Usage(format!("{} scans are named; a map is made of one", opened.volumes.len())));
     }
+    require_spacing(&opened)?;
     opened.scene.layers[0].visible = true;
     let (volume, layer) = (&opened.volumes[0], &opened.scene.layers[0]);
     let surface = bregma_renderer::Surface::new(volume, layer.iso, layer.transform)?;

@@ -53,7 +53,7 @@ impl<T: Send + 'static> Job<T> {
                 ui.label(&self.what);
                 // What is still to do must show on the empty window, too.
                 ui.visuals_mut().extreme_bg_color = ui.visuals().widgets.inactive.weak_bg_fill;
-                let bar = ProgressBar::new(fraction).text(format!("{:.0} %", 100.0 * fraction));
+                let bar = ProgressBar::new(fraction).text(self.progress.text());
                 ui.add(bar).accessible_name("Progress");
             });
             cancelled

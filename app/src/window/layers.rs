@@ -21,7 +21,6 @@ pub fn show(ui: &mut Ui, work: &mut Work) {
             if color_button(ui, &mut background, "Background colour") {
                 scene.background = Some(background);
             }
-            ui.weak("Background");
         });
     });
     ui.add_space(4.0);

@@ -1,40 +1,177 @@
-//! Scans on their way in.
+//! Scans on their way in, and what has to be asked before they can be read.
 
 use super::job::Job;
-use crate::input::{DEMO_SIZE, InputError, Opened, Source};
+use super::layers::line;
+use crate::input::{DEMO_SIZE, InputError, Opened, Source, without_spacing};
 use bregma_renderer::Mode;
-use egui::Context;
+use bregma_volume::Progress;
+use bregma_volume::formats::{OpenError, ReadError, Reduce};
+use egui::{Context, DragValue, Ui};
+use glam::DVec3;
 
 /// Scans on their way in. Dropping it stops the reading.
 #[derive(Debug)]
 pub struct Loading {
-    /// The reading.
-    pub job: Job<Opened>,
+    state: State,
     /// The scans join those that are open, instead of taking their place.
     pub adds: bool,
+}
+
+#[derive(Debug)]
+enum State {
+    Reading(Job<Read>),
+    Asking(Question),
+}
+
+/// What a reading ends in.
+#[derive(Debug)]
+enum Read {
+    Opened(Opened),
+    Ask(Question),
+}
+
+/// Something that only the person knows about scan number `of`.
+#[derive(Debug)]
+struct Question {
+    sources: Vec<Source>,
+    of: usize,
+    about: About,
+}
+
+#[derive(Debug)]
+enum About {
+    /// Its samples' distances, mm; 0 until they are given.
+    Spacing(DVec3),
+    /// It does not fit; this preview would.
+    Preview(Reduce, String),
 }
 
 impl Loading {
     /// Computes the built-in pair.
     pub fn demo(ctx: &Context) -> Self {
-        let make = |progress: &_| -> Result<Opened, InputError> {
+        let make = |progress: &_| -> Result<Read, InputError> {
             let mut opened = Opened::demo(DEMO_SIZE, progress)?;
             // The two differ in few places: over most of the bone their surfaces coincide, and neither is the nearer one.
             opened.scene.mode = Mode::Overlay;
-            Ok(opened)
+            Ok(Read::Opened(opened))
         };
-        Self { job: Job::start(ctx, "Making the demo pair".into(), make), adds: false }
+        Self { state: State::Reading(Job::start(ctx, "Making the demo pair".into(), make)), adds: false }
     }
 
     /// Reads scans or a session.
     pub fn files(ctx: &Context, sources: Vec<Source>, adds: bool) -> Self {
+        // A session brings its own scene, which replaces what is open.
+        let is_session = matches!(&sources[..], [only] if only.file.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")));
+        Self { state: State::reading(ctx, sources), adds: adds && !is_session }
+    }
+
+    /// The scans, or one sentence about what went wrong; `None` while at work or waiting for an answer.
+    pub fn poll(&mut self) -> Option<Result<Opened, String>> {
+        let State::Reading(job) = &self.state else { return None };
+        match job.poll()? {
+            Ok(Read::Opened(opened)) => Some(Ok(opened)),
+            Ok(Read::Ask(question)) => {
+                self.state = State::Asking(question);
+                None
+            }
+            Err(text) => Some(Err(text)),
+        }
+    }
+
+    /// Shows how far it is, or what it has to know. True when the person cancels.
+    pub fn ui(&mut self, ui: &mut Ui) -> bool {
+        match &mut self.state {
+            State::Reading(job) => job.ui(ui),
+            State::Asking(question) => match question.ui(ui) {
+                Answer::None => false,
+                Answer::Cancel => true,
+                Answer::Read => {
+                    let sources = std::mem::take(&mut question.sources);
+                    self.state = State::reading(ui.ctx(), sources);
+                    false
+                }
+            },
+        }
+    }
+}
+
+impl State {
+    fn reading(ctx: &Context, sources: Vec<Source>) -> Self {
         let names: Vec<_> = sources.iter().map(|s| s.file.file_name().unwrap_or(s.file.as_os_str()).to_string_lossy()).collect();
         let what = match &names[..] {
             [first, _, _, ..] => format!("Reading {first} and {} more", names.len() - 1),
             few => format!("Reading {}", few.join(" and ")),
         };
-        // A session brings its own scene, which replaces what is open.
-        let is_session = matches!(&sources[..], [only] if only.file.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")));
-        Self { job: Job::start(ctx, what, move |progress| Opened::read(&sources, progress)), adds: adds && !is_session }
+        Self::Reading(Job::start(ctx, what, move |progress| read(sources, progress)))
+    }
+}
+
+/// Reads scans, unless something has to be asked first.
+fn read(mut sources: Vec<Source>, progress: &Progress) -> Result<Read, InputError> {
+    if let Some(of) = without_spacing(&sources, progress)? {
+        return Ok(Read::Ask(Question { sources, of, about: About::Spacing(DVec3::ZERO) }));
+    }
+    match Opened::read(&sources, progress) {
+        Err(InputError::Scan(OpenError { file, reason: ReadError::TooLarge { needed, free, smaller } })) => {
+            let of = sources.iter().position(|s| s.file == file);
+            let preview = smaller.first().and_then(|&step| Reduce::every(step));
+            let error = OpenError { file, reason: ReadError::TooLarge { needed, free, smaller } };
+            match (of, preview) {
+                (Some(of), Some(reduce)) => {
+                    let sources = std::mem::take(&mut sources);
+                    Ok(Read::Ask(Question { sources, of, about: About::Preview(reduce, error.to_string()) }))
+                }
+                _ => Err(error.into()),
+            }
+        }
+        other => other.map(Read::Opened),
+    }
+}
+
+enum Answer {
+    None,
+    Cancel,
+    Read,
+}
+
+impl Question {
+    fn ui(&mut self, ui: &mut Ui) -> Answer {
+        let Self { sources, of, about } = self;
+        let source = &mut sources[*of];
+        let name = source.file.file_name().unwrap_or(source.file.as_os_str()).to_string_lossy().into_owned();
+        let mut answer = Answer::None;
+        match about {
+            About::Spacing(mm) => {
+                ui.label(format!("{name} does not say how far its samples are apart. Along i, j and k, in mm:"));
+                ui.horizontal(|ui| {
+                    for (axis, name) in ["i", "j", "k"].into_iter().enumerate() {
+                        let value = DragValue::new(&mut mm[axis]).range(0.0..=1000.0).speed(0.01).max_decimals(6);
+                        let label = ui.label(name).id;
+                        ui.add(value).labelled_by(label);
+                    }
+                    let known = mm.min_element() > 0.0;
+                    if ui.add_enabled(known, egui::Button::new("Open")).clicked() {
+                        source.spacing_mm = Some(*mm);
+                        answer = Answer::Read;
+                    }
+                    if ui.button("Cancel").clicked() {
+                        answer = Answer::Cancel;
+                    }
+                });
+            }
+            About::Preview(reduce, text) => {
+                ui.label(text.as_str());
+                line(ui, |ui| {
+                    if ui.button("Cancel").clicked() {
+                        answer = Answer::Cancel;
+                    }
+                    if ui.button("Open a preview").clicked() {
+                        source.reduce = Some(*reduce);
+                        answer = Answer::Read;
+                    }
+                });
+            }
+        }
+        answer
     }
 }

@@ -2,7 +2,9 @@
 
 use super::history::Work;
 use crate::input::{Landmark, Opened};
+use bregma_measure::Edge;
 use bregma_measure::mesh::onto_surface;
+use bregma_measure::thickness::across;
 use bregma_renderer::{Color, Ray, Surface, reference};
 use bregma_volume::WorldPoint;
 use glam::DVec3;
@@ -113,7 +115,11 @@ const BEFORE_MM: f64 = 2.0;
 
 /// The ray straight into a surface at a point of it.
 pub fn normal_ray(surface: &Surface, point: WorldPoint) -> Option<Ray> {
-    let normal = reference::smooth_normal(surface, surface.grid.index(point))?;
+    let smooth = reference::smooth_normal(surface, surface.grid.index(point))?;
+    // Where samples are coarse for the edge, central differences are off by degrees, and the fitted edge is not.
+    let half_wall_mm = across(surface, point.0, smooth).map_or(f64::INFINITY, |wall| 0.5 * wall.there_mm);
+    let edge = Edge::at(surface, point.0, smooth, half_wall_mm, f64::INFINITY);
+    let normal = edge.map_or(smooth, |edge| edge.normal);
     Ray::new(WorldPoint(point.0 + BEFORE_MM * normal), -normal)
 }
 

@@ -142,7 +142,7 @@ impl Workstation {
 
     /// Takes what the threads brought.
     fn collect(&mut self, ctx: &Context) {
-        let loaded = self.loading.as_ref().and_then(|l| l.job.poll().map(|result| (result, l.adds)));
+        let loaded = self.loading.as_mut().and_then(|l| l.poll().map(|result| (result, l.adds)));
         if let Some((result, adds)) = loaded {
             self.loading = None;
             match result {
@@ -291,15 +291,15 @@ impl Workstation {
         }
         let middle = Rect::from_center_size(ui.max_rect().center(), egui::vec2(420.0, 100.0));
         let middle = egui::UiBuilder::new().max_rect(middle);
-        if let Some(loading) = &self.loading {
-            if ui.scope_builder(middle, |ui| loading.job.ui(ui)).inner {
+        if let Some(loading) = &mut self.loading {
+            if ui.scope_builder(middle, |ui| loading.ui(ui)).inner {
                 self.loading = None;
             }
             return None;
         }
         let welcome = |ui: &mut Ui| {
             ui.heading("Drop scans here, or File › Open…");
-            ui.weak("NRRD, NIfTI or a session; two scans are compared");
+            ui.weak("DICOM, NRRD, NIfTI, MetaImage, TIFF, a folder of slices, or a session; two scans are compared");
             ui.add_space(10.0);
             ui.button("Open the demo pair").clicked().then_some(Command::Demo)
         };
@@ -330,8 +330,9 @@ impl eframe::App for Workstation {
         if !self.notices.is_empty() {
             Panel::top("notices").frame(Frame::NONE).show(ui, |ui| self.notices.show(ui));
         }
-        if let Some(loading) = self.loading.as_ref().filter(|_| !self.is_empty())
-            && Panel::top("loading").show(ui, |ui| loading.job.ui(ui)).inner
+        let is_empty = self.is_empty();
+        if let Some(loading) = self.loading.as_mut().filter(|_| !is_empty)
+            && Panel::top("loading").show(ui, |ui| loading.ui(ui)).inner
         {
             self.loading = None;
         }

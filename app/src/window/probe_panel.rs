@@ -6,7 +6,7 @@ use super::layers::{color_button, line};
 use super::measured::Measured;
 use bregma_measure::{LedgerEntry, Uncertainty, VolumeRecord, export};
 use bregma_volume::Unit;
-use egui::{Align, Color32, Grid, Layout, Panel, RichText, Role, ScrollArea, TextEdit, Ui, WidgetInfo, vec2};
+use egui::{Align, Color32, Frame, Grid, Layout, Margin, Panel, RichText, Role, ScrollArea, TextEdit, Ui, WidgetInfo, vec2};
 use egui_plot::{Line, LineStyle, Plot, VLine};
 
 /// What the person wants saved.
@@ -34,7 +34,7 @@ pub fn show(ui: &mut Ui, measured: &mut Measured, found: &[Found], hovered_mm: &
         });
     });
     if let Some(found) = found.get(measured.selected) {
-        selected(ui, found, hovered_mm);
+        Frame::NONE.inner_margin(Margin { left: 10, ..Margin::ZERO }).show(ui, |ui| selected(ui, found, hovered_mm));
     }
     wish
 }

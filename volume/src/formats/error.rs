@@ -18,6 +18,19 @@ pub struct OpenError {
     pub reason: ReadError,
 }
 
+/// Bytes for people.
+fn size(bytes: u64) -> String {
+    let mib = bytes as f64 / f64::from(1 << 20);
+    if mib < 1024.0 { format!("{mib:.1} MiB") } else { format!("{:.1} GiB", mib / 1024.0) }
+}
+
+fn offer(smaller: &[usize]) -> String {
+    match smaller {
+        [] => "use a machine with more, or cut the scan to what is needed".into(),
+        [most, ..] => format!("close other programs, or open a preview with --reduce {most}"),
+    }
+}
+
 /// What is wrong with a file, and what to do. The sentences continue "`file`: …".
 #[derive(Debug, Error)]
 pub enum ReadError {
@@ -25,7 +38,7 @@ pub enum ReadError {
     #[error("there is no such file; check its name and folder")]
     NotFound,
     /// The operating system could not read it, or its compressed data is damaged.
-    #[error("it cannot be read: {0}")]
+    #[error("it cannot be read ({0}); check its rights, or copy it again from where it came")]
     Io(io::Error),
     /// A folder where a file is needed.
     #[error("it is a folder that no format here reads; name a file in it")]
@@ -33,6 +46,22 @@ pub enum ReadError {
     /// A pipe, socket or device.
     #[error("it is not a regular file; save it to disk first")]
     NotRegular,
+    /// Nothing in a folder, a zip or a file that is an image.
+    #[error("there is no image in it that could be a slice of a scan; name the folder or file that has the scan")]
+    NoImages,
+    /// Slices that are not evenly spaced.
+    #[error(
+        "its slices are not even: most are {usual_mm} mm apart, but {gaps}; find the missing ones, or pass --uneven resample to have them interpolated"
+    )]
+    Uneven {
+        /// The usual distance of slices.
+        usual_mm: f64,
+        /// The odd ones, listed.
+        gaps: String,
+    },
+    /// Data that cannot be unpacked or taken apart.
+    #[error("it is damaged: {0}; copy it again from where it came")]
+    Damaged(String),
     /// No bytes.
     #[error("it is empty; copy it again from where it came")]
     Empty,
@@ -83,13 +112,23 @@ pub enum ReadError {
     /// Two statements of the header that cannot both be true.
     #[error("its header contradicts itself: {0}; correct the header")]
     Contradiction(String),
-    /// A data file beside the header.
-    #[error("its data file {}: {reason}", file.display())]
+    /// A data file beside the header, or one of many slices.
+    #[error("its file {}: {reason}", file.display())]
     DataFile {
         /// The data file.
         file: PathBuf,
         /// What is wrong with it.
         reason: Box<ReadError>,
+    },
+    /// More samples than there is memory for, known beforehand.
+    #[error("opening it needs {} of memory, {} are free; {}", size(*needed), size(*free), offer(smaller))]
+    TooLarge {
+        /// Bytes that it needs.
+        needed: u64,
+        /// Bytes that are free.
+        free: u64,
+        /// Which previews fit: every 2nd, every 4th sample.
+        smaller: Vec<usize>,
     },
     /// More samples than there is memory for.
     #[error("its samples do not fit into memory: {0}; close other programs or reduce the scan")]

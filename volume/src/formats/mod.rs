@@ -1,21 +1,41 @@
-//! File formats. A format is one file here with a `sniff` and a `read`, and one row of [`FORMATS`].
+//! File formats. A format is one file here with a `sniff` and a `scan`, and one row of [`FORMATS`].
 //!
-//! What a reader is given was made by a stranger: sizes are checked against the file's own length before anything is reserved,
-//! and whatever is wrong becomes a sentence, never a panic.
+//! A format reads headers only and says where the samples are; [`Scan`] streams them: into memory, into a range and a histogram,
+//! or into every n-th of them. What a reader is given was made by a stranger: sizes are checked against the file's own length
+//! before anything is reserved, and whatever is wrong becomes a sentence, never a panic.
 
 mod decode;
+mod dicom;
+mod entries;
 mod error;
+mod gipl;
+mod invesalius;
+mod memory;
+mod metaimage;
 mod nifti;
+mod npy;
 pub mod nrrd;
+mod part;
+mod pictures;
 mod raw;
+mod scan;
+mod stack;
+mod tiff;
+mod vh;
+mod vti;
+mod write;
 
 pub use error::{OpenError, ReadError};
 pub use raw::{RawLayout, RawLayoutError};
+pub use scan::{Scan, Survey};
+pub use write::{WriteError, write};
 
-use crate::{Progress, Raster, Samples, Unit, Volume};
+use crate::{Progress, Volume};
 use glam::DVec3;
+use scan::{Sink, Storage};
+use serde::{Deserialize, Serialize};
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A file format.
 pub struct Format {
@@ -23,41 +43,133 @@ pub struct Format {
     pub name: &'static str,
     /// Whether a path is of this format, told from its name and first bytes (none for a folder).
     pub sniff: fn(path: &Path, head: &[u8]) -> bool,
-    /// Reads it.
-    pub read: fn(&Path, &Hints, &Progress) -> Result<Raster, ReadError>,
+    /// Reads its headers.
+    pub scan: fn(&Path, &Hints, &Progress) -> Result<Scan, ReadError>,
 }
 
 /// All formats; the first that claims a file reads it.
-pub static FORMATS: &[Format] = &[nrrd::FORMAT, nifti::FORMAT, raw::FORMAT];
+pub static FORMATS: &[Format] = &[
+    nrrd::FORMAT,
+    nifti::FORMAT,
+    dicom::FORMAT,
+    metaimage::FORMAT,
+    tiff::FORMAT,
+    npy::FORMAT,
+    vti::FORMAT,
+    gipl::FORMAT,
+    invesalius::FORMAT,
+    pictures::FORMAT,
+    vh::FORMAT,
+    raw::FORMAT,
+];
 
 /// What the person says about a file that the file does not.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Hints {
     /// Sample spacing in mm, where the file states none.
     pub spacing_mm: Option<DVec3>,
     /// The file is headerless and laid out like this.
     pub raw: Option<RawLayout>,
+    /// Only every 2nd or 4th sample along each axis is kept.
+    pub reduce: Option<Reduce>,
+    /// What is done with slices that are not evenly spaced.
+    pub uneven: Uneven,
+    /// Number of the series, where there are several; also given as `FOLDER#NUMBER`.
+    pub series: Option<String>,
+}
+
+/// A reduced preview; written `2` or `4`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Reduce {
+    /// Every 2nd sample along each axis.
+    #[serde(rename = "2")]
+    Half,
+    /// Every 4th sample along each axis.
+    #[serde(rename = "4")]
+    Quarter,
+}
+
+impl Reduce {
+    /// The preview of every `step`-th sample; `None` for other steps.
+    pub fn every(step: usize) -> Option<Self> {
+        match step {
+            2 => Some(Self::Half),
+            4 => Some(Self::Quarter),
+            _ => None,
+        }
+    }
+
+    /// Samples from one that is kept to the next.
+    fn step(self) -> usize {
+        match self {
+            Self::Half => 2,
+            Self::Quarter => 4,
+        }
+    }
+}
+
+/// What is done with slices that are not evenly spaced; written `refuse` or `resample`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Uneven {
+    /// They are refused with a list of the gaps.
+    #[default]
+    Refuse,
+    /// They are interpolated linearly to even spacing, with a warning.
+    Resample,
+}
+
+impl Uneven {
+    /// Nothing else was asked for.
+    pub fn is_default(&self) -> bool {
+        *self == Self::Refuse
+    }
 }
 
 /// Bytes that formats are told by. A gzipped NIfTI header shows within them.
 const HEAD_BYTES: u64 = 4096;
 
+/// Reads the headers of a scan in any of the [`FORMATS`]; its name is its file's.
+pub fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, OpenError> {
+    let named = path;
+    let (path, hints) = chosen(path, hints);
+    let (path, hints) = (path.as_path(), &hints);
+    let scan = || -> Result<Scan, ReadError> {
+        let format = if hints.raw.is_some() { &raw::FORMAT } else { find(path)? };
+        if let Some(series) = hints.series.as_ref().filter(|_| format.name != dicom::FORMAT.name) {
+            return Err(ReadError::Unsupported(format!(
+                "it has no series {series}: only DICOM has series; leave the # and what follows away"
+            )));
+        }
+        let mut scan = (format.scan)(path, hints, progress)?;
+        scan.name = named.file_name().unwrap_or(named.as_os_str()).to_string_lossy().into_owned();
+        scan.format = format.name;
+        scan.file = named.to_owned();
+        scan.step = hints.reduce.map_or(1, Reduce::step);
+        Ok(scan)
+    };
+    scan().map_err(|reason| OpenError { file: named.to_owned(), reason })
+}
+
+/// `FOLDER#SERIES` is the folder and the series, unless something has that very name.
+fn chosen(path: &Path, hints: &Hints) -> (PathBuf, Hints) {
+    let split = path.to_str().filter(|_| !path.exists()).and_then(|text| text.rsplit_once('#'));
+    match split {
+        Some((folder, series)) => (folder.into(), Hints { series: Some(series.to_owned()), ..hints.clone() }),
+        None => (path.to_owned(), hints.clone()),
+    }
+}
+
 /// Opens a scan of any of the [`FORMATS`]; its name is its file's. `progress` counts bytes of its files.
 pub fn open(path: &Path, hints: &Hints, progress: &Progress) -> Result<Volume, OpenError> {
-    let volume = || -> Result<Volume, ReadError> {
-        let format = if hints.raw.is_some() { &raw::FORMAT } else { find(path)? };
-        let raster = (format.read)(path, hints, progress)?;
-        let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
-        Ok(Volume::new(name.into_owned(), format.name, raster)?)
-    };
-    volume().map_err(|reason| OpenError { file: path.to_owned(), reason })
+    scan(path, hints, progress)?.load(progress)
 }
 
 fn find(path: &Path) -> Result<&'static Format, ReadError> {
     let mut head = vec![];
     let folder = path.metadata()?.is_dir();
     if !folder {
-        decode::open_file(path)?.0.take(HEAD_BYTES).read_to_end(&mut head)?;
+        part::open_file(path)?.0.take(HEAD_BYTES).read_to_end(&mut head)?;
     }
     let found = FORMATS.iter().find(|f| (f.sniff)(path, &head));
     found.ok_or_else(|| match folder {
@@ -66,25 +178,20 @@ fn find(path: &Path) -> Result<&'static Format, ReadError> {
     })
 }
 
-/// What values mean in a format that does not say.
-///
-/// Values from between −1100 and −900, or exactly −2000, −2048 or −3024 (what scanners write outside their field of view), up
-/// to between 200 and 32767 are taken as Hounsfield units, as that is what CT exports look like; anything else as plain values.
-fn guess_unit(samples: &Samples, slope: f64, intercept: f64) -> Unit {
-    fn ends<T: crate::Sample>(samples: &[T]) -> Option<[f64; 2]> {
-        let first = *samples.first()?;
-        let widen = |[low, high]: [T; 2], &s: &T| [if s < low { s } else { low }, if s > high { s } else { high }];
-        Some(samples.iter().fold([first; 2], widen).map(T::to_f64))
-    }
-    let Some(ends) = crate::with_samples!(samples, s => ends(s)) else { return Unit::Value };
-    let [a, b] = ends.map(|s| slope * s + intercept);
-    let (low, high) = (a.min(b), a.max(b));
-    let air = (-1100.0..=-900.0).contains(&low) || [-2000.0, -2048.0, -3024.0].contains(&low);
-    if air && (200.0..=32767.0).contains(&high) { Unit::Hounsfield } else { Unit::Value }
+fn is_zip(head: &[u8]) -> bool {
+    head.starts_with(b"PK\x03\x04")
 }
 
-/// The sentence about bytes that follow the samples.
-const MORE_BYTES: &str = "the file goes on after the samples that its header asks for; the rest is ignored";
+/// The sentence about a spacing that nobody states.
+const NO_SPACING: &str = "the file states no spacing; 1 mm is assumed; pass --spacing X,Y,Z";
+
+/// The sentence about directions that nobody states.
+const NO_DIRECTIONS: &str = "the file does not state how it lies in the patient; its axes are taken as left, posterior, superior";
+
+/// The error that a header's `field` is bad.
+fn bad(field: &str, content: impl ToString, problem: &str) -> ReadError {
+    ReadError::BadField { field: field.into(), content: content.to_string(), problem: problem.into() }
+}
 
 #[cfg(test)]
 mod tests;

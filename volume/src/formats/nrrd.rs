@@ -5,100 +5,75 @@ mod header;
 mod space;
 mod write;
 
-pub use write::{Compression, WriteError, write};
+pub use super::write::WriteError;
+pub use write::{Compression, write};
 
-use super::decode::{Decoder, Encoding, SampleType, counted, open_file};
-use super::{Format, Hints, MORE_BYTES, ReadError, guess_unit};
-use crate::{Progress, Raster, Unit};
+use super::decode::{Encoding, SampleType};
+use super::part::{Packing, Part, counted, in_file, open_file};
+use super::{Format, Hints, ReadError, Scan, Storage, bad};
+use crate::{Progress, Unit};
 use header::Header;
-use std::io::BufRead;
 use std::path::{Path, PathBuf};
 
 /// The row of the formats.
-pub const FORMAT: Format = Format { name: "NRRD", sniff, read };
+pub const FORMAT: Format = Format { name: "NRRD", sniff, scan };
 
 fn sniff(_path: &Path, head: &[u8]) -> bool {
     head.starts_with(b"NRRD")
 }
 
-fn read(path: &Path, hints: &Hints, progress: &Progress) -> Result<Raster, ReadError> {
+fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadError> {
     let (file, length) = open_file(path)?;
-    let mut reader = counted(file, progress);
-    let header = Header::read(&mut reader)?;
-    let encoding = encoding(&header)?;
+    let header = Header::read(&mut counted(file, progress))?;
+    let (encoding, packing) = encoding(&header)?;
     let sizes = space::sizes(&header)?;
     let mut warnings = vec![];
-    let grid = space::grid(&header, &sizes, hints, &mut warnings)?;
+    let (grid, spacing_is_stated) = space::grid(&header, &sizes, hints, &mut warnings)?;
     let byte_skip = header.number::<i64>("byte skip")?.unwrap_or(0);
-    if byte_skip < -1 || (byte_skip == -1 && encoding.gzip) {
+    if byte_skip < -1 || (byte_skip == -1 && packing != Packing::Plain) {
         return Err(header.bad("byte skip", "it must be a number of bytes, or -1 for raw data"));
     }
-    let part = Part { encoding, byte_skip, line_skip: header.number("line skip")?.unwrap_or(0), count: grid.len() };
-
-    let samples = match data_files(&header, &sizes)? {
+    let wanted = grid.len() as u128 * encoding.sample.bytes() as u128;
+    // Lines come before packed data, bytes are skipped once unpacked; data at the end of the file (byte skip -1) has no lines to skip.
+    let lines = if byte_skip < 0 { 0 } else { header.number("line skip")?.unwrap_or(0) };
+    let part = |file: &Path, start: u64, there: u64, wanted: u128| {
+        let skip = u64::try_from(byte_skip).unwrap_or(u128::from(there - start).saturating_sub(wanted) as u64);
+        Part::checked(file, packing, start, skip, wanted, there).map(|part| Part { lines, ..part })
+    };
+    let (parts, file_bytes) = match data_files(&header, &sizes)? {
         None if !header.ended => return Err(ReadError::NoHeader("it has no empty line before the samples and names no data file")),
-        None => {
-            let there = length - header.bytes;
-            progress.begin(length);
-            let skip = part.skip(there)?;
-            let mut decoder = Decoder::new(encoding, grid.len(), there, progress)?;
-            if part.fill(&mut decoder, &mut reader, there, skip)? {
-                warnings.push(MORE_BYTES.into());
-            }
-            decoder.finish(&mut warnings)
-        }
+        None => (vec![part(path, header.bytes, length, wanted)?], length - header.bytes),
         Some(files) => {
-            let part = Part { count: grid.len() / files.count, ..part };
             let folder = path.parent().unwrap_or(Path::new(""));
-            // All sizes are known before the first sample is asked for.
-            let mut total = 0_u64;
+            let (mut parts, mut total) = (vec![], 0_u64);
             for n in 0..files.count {
                 let file = folder.join(files.name(n));
-                let length = open_file(&file).and_then(|(_, there)| part.skip(there).map(|_| there));
-                total = total.saturating_add(length.map_err(|e| in_file(&file, e))?);
+                let one = open_file(&file).and_then(|(_, there)| {
+                    total = total.saturating_add(there);
+                    part(&file, 0, there, wanted / files.count as u128)
+                });
+                parts.push(Part { beside: true, ..one.map_err(|e| in_file(&file, e))? });
                 progress.advance(0)?;
             }
-            progress.begin(total);
-            let mut decoder = Decoder::new(encoding, grid.len(), total, progress)?;
-            let mut more = false;
-            for n in 0..files.count {
-                let path = folder.join(files.name(n));
-                let filled =
-                    open_file(&path).and_then(|(file, there)| part.fill(&mut decoder, counted(file, progress), there, part.skip(there)?));
-                more |= filled.map_err(|e| in_file(&path, e))?;
-            }
-            if more {
-                warnings.push(MORE_BYTES.into());
-            }
-            decoder.finish(&mut warnings)
+            (parts, total)
         }
     };
-
     let scale = |key: &'static str, default| match header.keys.get(key) {
-        Some(text) => text.trim().parse::<f64>().map_err(|_| bad_key(key, text, "it is no number")),
+        Some(text) => text.trim().parse::<f64>().map_err(|_| bad(key, text, "it is no number")),
         None => Ok(default),
     };
     let (slope, intercept) = (scale("slope", 1.0)?, scale("intercept", 0.0)?);
     let unit = match header.keys.get("unit").map(String::as_str) {
-        Some("HU") => Unit::Hounsfield,
-        Some("value") => Unit::Value,
-        _ => guess_unit(&samples, slope, intercept),
+        Some("HU") => Some(Unit::Hounsfield),
+        Some("value") => Some(Unit::Value),
+        _ => None,
     };
-    Ok(Raster { grid, samples, slope, intercept, unit, warnings })
+    let metadata = header.keys.into_iter().filter(|(key, _)| !["slope", "intercept", "unit"].contains(&key.as_str())).collect();
+    let scan = Scan::new(grid, encoding, file_bytes, Storage::parts(parts));
+    Ok(Scan { slope, intercept, unit, spacing_is_stated, warnings, metadata, ..scan })
 }
 
-fn in_file(file: &Path, reason: ReadError) -> ReadError {
-    match reason {
-        ReadError::Cancelled(c) => ReadError::Cancelled(c),
-        reason => ReadError::DataFile { file: file.to_owned(), reason: Box::new(reason) },
-    }
-}
-
-fn bad_key(key: &str, content: &str, problem: &str) -> ReadError {
-    ReadError::BadField { field: key.into(), content: content.into(), problem: problem.into() }
-}
-
-fn encoding(header: &Header) -> Result<Encoding, ReadError> {
+fn encoding(header: &Header) -> Result<(Encoding, Packing), ReadError> {
     let sample = match header.required("type")?.to_lowercase().as_str() {
         "signed char" | "int8" | "int8_t" => SampleType::I8,
         "uchar" | "unsigned char" | "uint8" | "uint8_t" => SampleType::U8,
@@ -113,9 +88,9 @@ fn encoding(header: &Header) -> Result<Encoding, ReadError> {
         "block" => return Err(ReadError::Unsupported("its samples are of NRRD type `block`; only numbers can be read".into())),
         _ => return Err(header.bad("type", "it is none of NRRD's sample types")),
     };
-    let gzip = match header.required("encoding")?.to_lowercase().as_str() {
-        "raw" => false,
-        "gz" | "gzip" => true,
+    let packing = match header.required("encoding")?.to_lowercase().as_str() {
+        "raw" => Packing::Plain,
+        "gz" | "gzip" => Packing::Gzip,
         other => {
             let text =
                 format!("its samples are in NRRD encoding {other:?}; only raw and gzip are read; convert it with `unu save -e gzip`");
@@ -129,41 +104,7 @@ fn encoding(header: &Header) -> Result<Encoding, ReadError> {
         None => return Err(ReadError::MissingField("endian")),
         Some(_) => return Err(header.bad("endian", "it must be `little` or `big`")),
     };
-    Ok(Encoding { sample, big_endian, gzip })
-}
-
-/// What every data file holds.
-#[derive(Clone, Copy)]
-struct Part {
-    encoding: Encoding,
-    byte_skip: i64,
-    line_skip: u64,
-    count: usize,
-}
-
-impl Part {
-    /// Bytes before the samples of a file with `there` bytes; refuses a file that is too short.
-    fn skip(&self, there: u64) -> Result<u64, ReadError> {
-        let samples = (self.count * self.encoding.sample.bytes()) as u64;
-        let skip = u64::try_from(self.byte_skip).unwrap_or(there.saturating_sub(samples));
-        self.encoding.check(self.count, skip, there)?;
-        Ok(skip)
-    }
-
-    /// Takes this part's samples. Lines come before the compressed data, bytes are skipped after decompression; data at the
-    /// end of the file (byte skip −1) has no lines to skip. True when more bytes follow.
-    fn fill(&self, decoder: &mut Decoder<'_>, mut source: impl BufRead, there: u64, skip: u64) -> Result<bool, ReadError> {
-        let mut skipped = 0;
-        let lines = if self.byte_skip < 0 { 0 } else { self.line_skip };
-        for _ in 0..lines {
-            match source.skip_until(b'\n')? {
-                0 => break,
-                n => skipped += n as u64,
-            }
-        }
-        self.encoding.check(self.count, skip, there.saturating_sub(skipped))?;
-        decoder.fill(source, skip, self.count)
-    }
+    Ok((Encoding { sample, big_endian }, packing))
 }
 
 /// The data files beside a header.

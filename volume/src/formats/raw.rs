@@ -1,15 +1,16 @@
 //! Headerless files: samples and nothing else, i fastest. Their layout comes from `--raw` or from their name.
 
-use super::decode::{Decoder, Encoding, SampleType, counted, open_file};
-use super::{Format, Hints, ReadError};
-use crate::{Grid, Progress, Raster, Unit};
+use super::decode::{Encoding, SampleType};
+use super::part::{Packing, Part, open_file};
+use super::{Format, Hints, NO_SPACING, ReadError, Scan, Storage};
+use crate::{Grid, Progress, Unit};
 use glam::{DMat3, DVec3};
 use std::path::Path;
 use std::str::FromStr;
 use thiserror::Error;
 
 /// The row of the formats.
-pub const FORMAT: Format = Format { name: "raw", sniff, read };
+pub const FORMAT: Format = Format { name: "raw", sniff, scan };
 
 /// How the samples lie in a headerless file; written `WxHxD,u8|u16|i16|f32[,be][,skip=N]`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,8 +79,8 @@ fn sniff(path: &Path, _head: &[u8]) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("raw")) && !path.is_dir()
 }
 
-fn read(path: &Path, hints: &Hints, progress: &Progress) -> Result<Raster, ReadError> {
-    let (file, there) = open_file(path)?;
+fn scan(path: &Path, hints: &Hints, _progress: &Progress) -> Result<Scan, ReadError> {
+    let (_, there) = open_file(path)?;
     let mut warnings = vec![];
     let layout = match hints.raw {
         Some(layout) => layout,
@@ -93,18 +94,16 @@ fn read(path: &Path, hints: &Hints, progress: &Progress) -> Result<Raster, ReadE
         }
     };
     if hints.spacing_mm.is_none() {
-        warnings.push("the file states no spacing; 1 mm is assumed; pass --spacing X,Y,Z".into());
+        warnings.push(NO_SPACING.into());
     }
     let grid = Grid::new(layout.dims, hints.spacing_mm.unwrap_or(DVec3::ONE), DVec3::ZERO, DMat3::IDENTITY)?;
-    let encoding = Encoding { sample: layout.sample, big_endian: layout.big_endian, gzip: false };
-    encoding.check(grid.len(), layout.skip, there)?;
-    let extra = there - layout.skip - (grid.len() * layout.sample.bytes()) as u64;
+    let encoding = Encoding { sample: layout.sample, big_endian: layout.big_endian };
+    let wanted = grid.len() as u128 * layout.sample.bytes() as u128;
+    let part = Part::checked(path, Packing::Plain, 0, layout.skip, wanted, there)?;
+    let extra = there - layout.skip - part.bytes;
     if extra > 0 {
         return Err(ReadError::TooLong(extra));
     }
-    progress.begin(there);
-    let mut decoder = Decoder::new(encoding, grid.len(), there, progress)?;
-    decoder.fill(counted(file, progress), layout.skip, grid.len())?;
-    let samples = decoder.finish(&mut warnings);
-    Ok(Raster { grid, samples, slope: 1.0, intercept: 0.0, unit: Unit::Value, warnings })
+    let scan = Scan::new(grid, encoding, there, Storage::parts(vec![part]));
+    Ok(Scan { unit: Some(Unit::Value), spacing_is_stated: hints.spacing_mm.is_some(), warnings, ..scan })
 }

@@ -1,7 +1,7 @@
 //! Files built byte by byte, right and wrong.
 
 use super::*;
-use crate::Grid;
+use crate::{Grid, Raster, Samples, Unit};
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use glam::{DAffine3, DMat3};
@@ -139,7 +139,7 @@ fn wide_integers_take_the_narrowest_type_that_holds_them() {
 fn spaces_become_lps_millimetres() {
     // Fails if a flip, a unit, a squeezed axis, an axis minimum or the override of an unknown spacing goes wrong.
     let folder = Folder::new("spaces");
-    let hints = Hints { spacing_mm: Some(DVec3::new(3.0, 4.0, 5.0)), raw: None };
+    let hints = Hints { spacing_mm: Some(DVec3::new(3.0, 4.0, 5.0)), ..Hints::default() };
     let read = |fields: &str, hints: &Hints| {
         let text = if fields.contains("sizes") { fields.to_owned() } else { format!("dimension: 3\nsizes: 2 3 2\n{fields}") };
         let file = folder
@@ -241,7 +241,7 @@ fn nifti_orientation_follows_sform_then_qform_then_spacing() {
     assert!(folder.error("f.nii", &file).contains("spacing along axis 1 is 0 mm"));
     file[252] = 0;
     assert!(folder.error("f.nii", &file).contains("pass --spacing"));
-    let hints = Hints { spacing_mm: Some(DVec3::splat(9.0)), raw: None };
+    let hints = Hints { spacing_mm: Some(DVec3::splat(9.0)), ..Hints::default() };
     let hinted = open(&folder.0.join("f.nii"), &hints, &Progress::default()).unwrap();
     assert_eq!(hinted.grid().spacing_mm(), DVec3::new(0.5e-3, 9.0, 2e-3));
 }
@@ -281,7 +281,7 @@ fn headerless_files_need_a_layout() {
     let folder = Folder::new("raw");
     let layout: RawLayout = "2x3x2,i16,be,skip=3".parse().unwrap();
     let data: Vec<u8> = [vec![9; 3], (0..12_i16).flat_map(|v| (v - 5).to_be_bytes()).collect()].concat();
-    let hints = Hints { spacing_mm: Some(DVec3::new(1.0, 2.0, 3.0)), raw: Some(layout) };
+    let hints = Hints { spacing_mm: Some(DVec3::new(1.0, 2.0, 3.0)), raw: Some(layout), ..Hints::default() };
     let v = open(&folder.file("any.bin", &data), &hints, &Progress::default()).unwrap();
     assert_eq!((v.range(), v.grid().spacing_mm(), v.warnings().len()), ([-5.0, 6.0], DVec3::new(1.0, 2.0, 3.0), 0));
     let longer = open(&folder.file("any.bin", &[data, vec![0]].concat()), &hints, &Progress::default());
@@ -324,7 +324,7 @@ fn what_is_written_is_read_back() {
         let stopped = Progress::default();
         stopped.cancel();
         let before = fs::read(&path).unwrap();
-        assert!(matches!(nrrd::write(&path, &v, nrrd::Compression::Raw, &stopped), Err(nrrd::WriteError::Cancelled(_))));
+        assert!(matches!(nrrd::write(&path, &v, nrrd::Compression::Raw, &stopped), Err(WriteError::Cancelled(_))));
         assert_eq!(fs::read(&path).unwrap(), before);
         assert_eq!(fs::read_dir(&folder.0).unwrap().count(), 1);
         let nowhere = nrrd::write(&folder.0.join("no/out.nrrd"), &v, nrrd::Compression::Raw, &Progress::default());

@@ -1,7 +1,6 @@
 //! The text header: lines `field: value`, `key:=value` and comments, up to an empty line or the end of the file.
 
-use super::super::ReadError;
-use super::bad_key;
+use super::super::{ReadError, bad};
 use glam::DVec3;
 use std::collections::HashMap;
 use std::io::{BufRead, Read};
@@ -38,7 +37,7 @@ impl Header {
         };
         let magic = line()?.unwrap_or_default();
         if !matches!(magic.strip_prefix("NRRD000"), Some("1" | "2" | "3" | "4" | "5")) {
-            return Err(bad_key("first line", &magic, "it must be NRRD0001 to NRRD0005"));
+            return Err(bad("first line", &magic, "it must be NRRD0001 to NRRD0005"));
         }
         let mut header = Self { fields: HashMap::new(), keys: HashMap::new(), list: vec![], bytes: 0, ended: false };
         let mut listing = false;
@@ -59,7 +58,7 @@ impl Header {
 
     /// Takes one line; true when a list of file names follows it.
     fn add(&mut self, line: String) -> Result<bool, ReadError> {
-        let bad = |problem| Err(bad_key("line", &line, problem));
+        let wrong = |problem| Err(bad("line", &line, problem));
         match line.split_once(':') {
             Some((key, value)) if value.starts_with('=') => {
                 self.keys.insert(key.to_owned(), value[1..].to_owned());
@@ -77,12 +76,12 @@ impl Header {
                 let value = value.trim().to_owned();
                 let listing = name == "data file" && value.split_whitespace().next() == Some("LIST");
                 if self.fields.contains_key(&name) {
-                    return bad("the field is there twice");
+                    return wrong("the field is there twice");
                 }
                 self.fields.insert(name, (value, line));
                 Ok(listing)
             }
-            None => bad("it is neither `field: value` nor `key:=value`"),
+            None => wrong("it is neither `field: value` nor `key:=value`"),
         }
     }
 
@@ -98,7 +97,7 @@ impl Header {
 
     /// The error that `field` is bad.
     pub fn bad(&self, field: &str, problem: &str) -> ReadError {
-        bad_key(field, self.fields.get(field).map_or("", |(_, line)| line), problem)
+        bad(field, self.fields.get(field).map_or("", |(_, line)| line), problem)
     }
 
     /// A field that is one number.

@@ -1,6 +1,6 @@
 //! Where the samples lie: sizes, spacings, space directions, units and the names of spaces.
 
-use super::super::{Hints, ReadError};
+use super::super::{Hints, NO_SPACING, ReadError};
 use super::header::Header;
 use crate::{Grid, GridError};
 use glam::{DAffine3, DMat3, DVec3};
@@ -89,8 +89,8 @@ fn units_mm(header: &Header, field: &str, count: usize, warnings: &mut Vec<Strin
     units
 }
 
-/// The grid that the header describes. `hints` give the spacing of an axis where it has none, or has one without a unit.
-pub fn grid(header: &Header, sizes: &[usize], hints: &Hints, warnings: &mut Vec<String>) -> Result<Grid, ReadError> {
+/// The grid that the header describes, and whether its spacing is known. `hints` give the spacing of an axis where it has none, or has one without a unit.
+pub fn grid(header: &Header, sizes: &[usize], hints: &Hints, warnings: &mut Vec<String>) -> Result<(Grid, bool), ReadError> {
     let directions = header.vectors("space directions", sizes.len())?;
     let axes = axes(header, sizes, directions.as_deref())?;
     let (signs, anatomical) = frame(header, warnings)?;
@@ -127,7 +127,7 @@ pub fn grid(header: &Header, sizes: &[usize], hints: &Hints, warnings: &mut Vec<
                 columns[axis] = columns[axis].normalize() * mm[axis];
             }
         }
-        None if known != [true; 3] => warnings.push("the file states no spacing; 1 mm is assumed; pass --spacing X,Y,Z".into()),
+        None if known != [true; 3] => warnings.push(NO_SPACING.into()),
         None if !in_mm => {
             warnings.push("the file states spacings without a unit; mm are assumed; pass --spacing X,Y,Z if it is not so".into());
         }
@@ -148,5 +148,6 @@ pub fn grid(header: &Header, sizes: &[usize], hints: &Hints, warnings: &mut Vec<
         _ => DVec3::ZERO,
     };
     let origin_mm = if origin_mm.is_finite() { origin_mm } else { DVec3::ZERO };
-    Ok(Grid::from_affine(axes.map(|a| sizes[a]), DAffine3::from_mat3_translation(matrix, origin_mm))?)
+    let grid = Grid::from_affine(axes.map(|a| sizes[a]), DAffine3::from_mat3_translation(matrix, origin_mm))?;
+    Ok((grid, hints.spacing_mm.is_some() || known == [true; 3]))
 }

@@ -1,0 +1,255 @@
+//! The samples of one frame, as they are stored: unpacked, and with the bits beside them cleared.
+
+use super::super::ReadError;
+use super::super::decode::SampleType;
+use super::super::part::read_all;
+use super::header::{Header, Pixels};
+use crate::Progress;
+use dicom_dictionary_std::tags;
+use std::io::Read;
+
+/// How samples are stored; the same for all frames of a scan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Storing {
+    /// Samples along i and j.
+    pub dims: [usize; 2],
+    /// Their type.
+    pub sample: SampleType,
+    bits: u32,
+    /// Bits below the lowest of a sample.
+    shift: u32,
+    signed: bool,
+}
+
+/// How the pixels of a transfer syntax are packed.
+#[derive(Clone, Copy, PartialEq)]
+enum Codec {
+    Native,
+    Jpeg,
+    Jpeg2000,
+    Rle,
+}
+
+fn codec(header: &Header) -> Result<Codec, ReadError> {
+    match header.syntax.uid() {
+        "1.2.840.10008.1.2" | "1.2.840.10008.1.2.1" | "1.2.840.10008.1.2.1.99" | "1.2.840.10008.1.2.2" => Ok(Codec::Native),
+        "1.2.840.10008.1.2.4.50" | "1.2.840.10008.1.2.4.51" | "1.2.840.10008.1.2.4.57" | "1.2.840.10008.1.2.4.70" => Ok(Codec::Jpeg),
+        "1.2.840.10008.1.2.4.90" | "1.2.840.10008.1.2.4.91" => Ok(Codec::Jpeg2000),
+        "1.2.840.10008.1.2.5" => Ok(Codec::Rle),
+        uid => {
+            let name = header.syntax.name();
+            let text = format!("its pixels are packed by {name} ({uid}), which is not read here; unpack it with `gdcmconv --raw IN OUT`");
+            Err(ReadError::Unsupported(text))
+        }
+    }
+}
+
+impl Storing {
+    /// How `header` says that samples are stored; refused when they are no single numbers, or cannot be unpacked here.
+    pub fn of(header: &Header) -> Result<Self, ReadError> {
+        let dims = [header.size(tags::COLUMNS, "Columns")?, header.size(tags::ROWS, "Rows")?];
+        let allocated = header.size(tags::BITS_ALLOCATED, "BitsAllocated")?;
+        let bits = header.small(tags::BITS_STORED).unwrap_or(allocated);
+        let high = header.small(tags::HIGH_BIT).unwrap_or(bits.saturating_sub(1));
+        let signed = header.number(tags::PIXEL_REPRESENTATION, 0) == Some(1.0);
+        let parts = header.number(tags::SAMPLES_PER_PIXEL, 0).unwrap_or(1.0);
+        if parts != 1.0 {
+            return Err(ReadError::Unsupported(format!("its pixels have {parts} numbers each (colours); only grey values can be read")));
+        }
+        let sample = match (allocated, signed) {
+            (8, false) => SampleType::U8,
+            (8, true) => SampleType::I8,
+            (16, false) => SampleType::U16,
+            (16, true) => SampleType::I16,
+            (32, false) => SampleType::U32,
+            (32, true) => SampleType::I32,
+            (n, _) => return Err(ReadError::Unsupported(format!("its samples have {n} bits; only 8, 16 and 32 can be read"))),
+        };
+        if !(1..=allocated).contains(&bits) || high + 1 < bits || high >= allocated {
+            let text = format!("of {allocated} bits of a sample {bits} are used, up to bit {high}");
+            return Err(ReadError::Contradiction(text));
+        }
+        codec(header)?;
+        Ok(Self { dims, sample, bits: bits as u32, shift: (high + 1 - bits) as u32, signed })
+    }
+
+    fn bytes(&self) -> u64 {
+        self.dims[0] as u64 * self.dims[1] as u64 * self.sample.bytes() as u64
+    }
+
+    /// Refuses a file whose pixels, by its own length, cannot be there.
+    pub fn check(&self, header: &Header) -> Result<(), ReadError> {
+        let (frames, wanted) = (header.frames() as u128, u128::from(self.bytes()));
+        match &header.pixels {
+            None => Err(ReadError::NoImages),
+            // Of a deflated file only reading it tells.
+            Some(Pixels::Native(_)) if header.is_deflated() => super::super::part::check_expansion(wanted * frames, header.entry.bytes),
+            Some(Pixels::Native(at)) => {
+                let there = header.entry.bytes.saturating_sub(header.start + at);
+                if wanted * frames > u128::from(there) { Err(ReadError::Truncated { wanted: wanted * frames, there }) } else { Ok(()) }
+            }
+            Some(Pixels::Fragments(_, fragments)) => {
+                let packed = fragments.iter().map(|(_, bytes)| u64::from(*bytes)).sum();
+                super::super::part::check_expansion(wanted * frames, packed)
+            }
+        }
+    }
+
+    /// The samples of frame `frame`, little-endian.
+    pub fn read(&self, header: &Header, frame: usize, progress: &Progress) -> Result<Vec<u8>, ReadError> {
+        let wanted = self.bytes() as usize;
+        let mut bytes = match (codec(header)?, &header.pixels) {
+            (Codec::Native, Some(Pixels::Native(at))) => {
+                let mut bytes = vec![0; wanted];
+                let mut source = header.open(at + frame as u64 * wanted as u64, progress)?;
+                let there = read_all(&mut source, &mut bytes)?;
+                if there < wanted {
+                    return Err(ReadError::Truncated { wanted: wanted as u128, there: there as u64 });
+                }
+                if header.syntax.uid() == "1.2.840.10008.1.2.2" {
+                    bytes.chunks_exact_mut(self.sample.bytes()).for_each(<[u8]>::reverse);
+                }
+                bytes
+            }
+            (codec, Some(Pixels::Fragments(offsets, fragments))) => {
+                let packed = packed(header, offsets, fragments, frame, progress)?;
+                match codec {
+                    Codec::Native => {
+                        return Err(ReadError::Contradiction("its pixels are in fragments, its transfer syntax in none".into()));
+                    }
+                    Codec::Jpeg => self.jpeg(&packed)?,
+                    Codec::Jpeg2000 => self.jpeg_2000(&packed)?,
+                    Codec::Rle => self.rle(&packed)?,
+                }
+            }
+            _ => return Err(ReadError::NoImages),
+        };
+        if bytes.len() != wanted {
+            return Err(ReadError::Truncated { wanted: wanted as u128, there: bytes.len() as u64 });
+        }
+        match self.sample.bytes() {
+            1 => self.clear::<1>(&mut bytes),
+            2 => self.clear::<2>(&mut bytes),
+            _ => self.clear::<4>(&mut bytes),
+        }
+        Ok(bytes)
+    }
+
+    /// Leaves the bits that are a sample's, its sign carried to the top.
+    fn clear<const N: usize>(&self, bytes: &mut [u8]) {
+        let unused = 8 * N as u32 - self.bits;
+        if unused == 0 {
+            return;
+        }
+        let spare = 32 - self.bits;
+        for sample in bytes.as_chunks_mut::<N>().0 {
+            let mut wide = [0; 4];
+            wide[..N].copy_from_slice(sample);
+            let high = u32::from_le_bytes(wide) >> self.shift << spare;
+            let value = if self.signed { (high as i32 >> spare) as u32 } else { high >> spare };
+            sample.copy_from_slice(&value.to_le_bytes()[..N]);
+        }
+    }
+
+    fn jpeg(&self, packed: &[u8]) -> Result<Vec<u8>, ReadError> {
+        let damaged = |e: &dyn std::fmt::Display| ReadError::Damaged(format!("as JPEG, {e}"));
+        let mut decoder = jpeg_decoder::Decoder::new(packed);
+        decoder.read_info().map_err(|e| damaged(&e))?;
+        let info = decoder.info().ok_or_else(|| damaged(&"it has no header"))?;
+        self.same_size([info.width.into(), info.height.into()])?;
+        let bytes = decoder.decode().map_err(|e| damaged(&e))?;
+        Ok(match (info.pixel_format, self.sample.bytes()) {
+            (jpeg_decoder::PixelFormat::L8, 1) => bytes,
+            (jpeg_decoder::PixelFormat::L8, n) => bytes.iter().flat_map(|&b| (0..n).map(move |at| if at == 0 { b } else { 0 })).collect(),
+            (jpeg_decoder::PixelFormat::L16, 2) => bytes.as_chunks().0.iter().flat_map(|&b| u16::from_ne_bytes(b).to_le_bytes()).collect(),
+            (format, n) => return Err(damaged(&format!("it holds {format:?}, which are no samples of {n} bytes"))),
+        })
+    }
+
+    fn jpeg_2000(&self, packed: &[u8]) -> Result<Vec<u8>, ReadError> {
+        let damaged = |e: &dyn std::fmt::Display| ReadError::Damaged(format!("as JPEG 2000, {e}"));
+        let image = hayro_jpeg2000::Image::new(packed, &hayro_jpeg2000::DecodeSettings::default()).map_err(|e| damaged(&e))?;
+        self.same_size([image.width() as usize, image.height() as usize])?;
+        let depth = image.original_bit_depth();
+        let mut context = hayro_jpeg2000::DecoderContext::default();
+        let decoded = image.decode(&mut context).map_err(|e| damaged(&e))?;
+        let [component] = decoded.components() else { return Err(damaged(&"it holds colours")) };
+        // The decoder takes signed samples as unsigned ones around the middle of their range.
+        let offset = if is_signed_codestream(packed) { 1_i64 << (depth.clamp(1, 32) - 1) } else { 0 };
+        let n = self.sample.bytes();
+        Ok(component.samples().iter().flat_map(|&v| (v.round() as i64 - offset).to_le_bytes().into_iter().take(n)).collect())
+    }
+
+    /// Packed by runs, a segment for each byte of the samples, the highest first (DICOM part 5, annex G).
+    fn rle(&self, packed: &[u8]) -> Result<Vec<u8>, ReadError> {
+        let damaged = || ReadError::Damaged("as RLE, its segments break off".into());
+        let header = packed.get(..64).ok_or_else(damaged)?.as_chunks().0;
+        let [count, offsets @ ..]: [usize; 16] = std::array::from_fn(|n| u32::from_le_bytes(header[n]) as usize);
+        let (n, samples) = (self.sample.bytes(), self.dims[0] * self.dims[1]);
+        if count != n {
+            return Err(ReadError::Damaged(format!("as RLE, it has {count} segments for samples of {n} bytes")));
+        }
+        let mut bytes = vec![0; samples * n];
+        for segment in 0..n {
+            let end = if segment + 1 < n { offsets[segment + 1] } else { packed.len() };
+            let mut rest = packed.get(offsets[segment]..end).ok_or_else(damaged)?;
+            let mut at = 0;
+            while at < samples {
+                let (&control, after) = rest.split_first().ok_or_else(damaged)?;
+                // 0 to 127: so many bytes and one follow; 129 to 255: the next byte 257 less that many times; 128: nothing.
+                let (run, literal) = match control {
+                    0..=127 => (usize::from(control) + 1, true),
+                    128 => (0, true),
+                    _ => (257 - usize::from(control), false),
+                };
+                let used = if literal { run } else { 1 };
+                let source = after.get(..used).ok_or_else(damaged)?;
+                for m in 0..run.min(samples - at) {
+                    bytes[(at + m) * n + n - 1 - segment] = source[if literal { m } else { 0 }];
+                }
+                at += run;
+                rest = &after[used..];
+            }
+        }
+        Ok(bytes)
+    }
+
+    fn same_size(&self, dims: [usize; 2]) -> Result<(), ReadError> {
+        if dims == self.dims {
+            return Ok(());
+        }
+        let ([a, b], [c, d]) = (self.dims, dims);
+        Err(ReadError::Contradiction(format!("it has {a}×{b} samples, but {c}×{d} are packed in it")))
+    }
+}
+
+/// The packed bytes of a frame: its own fragment, or those that the offset table gives it.
+fn packed(header: &Header, offsets: &[u32], fragments: &[(u64, u32)], frame: usize, progress: &Progress) -> Result<Vec<u8>, ReadError> {
+    let frames = header.frames();
+    let of_frame: Vec<(u64, u32)> = if frames == 1 {
+        fragments.to_vec()
+    } else if fragments.len() == frames {
+        fragments.get(frame).copied().into_iter().collect()
+    } else if offsets.len() == frames {
+        // Offsets count from the first fragment's own tag and length, 8 bytes before it.
+        let first = fragments.first().map_or(0, |(at, _)| *at);
+        let begin = u64::from(offsets[frame]);
+        let end = offsets.get(frame + 1).map_or(u64::MAX, |&o| u64::from(o));
+        fragments.iter().copied().filter(|(at, _)| (begin..end).contains(&(at - first))).collect()
+    } else {
+        let (n, m) = (fragments.len(), frames);
+        return Err(ReadError::Contradiction(format!("it has {n} fragments for {m} frames, and no table that tells which is whose")));
+    };
+    let mut bytes = vec![];
+    for (at, length) in of_frame {
+        header.open(at, progress)?.take(length.into()).read_to_end(&mut bytes)?;
+    }
+    Ok(bytes)
+}
+
+/// Whether the first component of a JPEG 2000 codestream is signed: the top bit of Ssiz, the 43rd byte of a codestream.
+fn is_signed_codestream(bytes: &[u8]) -> bool {
+    // A boxed file has its codestream later; SOC and SIZ begin it.
+    let begin = bytes.windows(4).position(|w| w == [0xff, 0x4f, 0xff, 0x51]);
+    begin.and_then(|b| bytes.get(b + 42)).is_some_and(|ssiz| ssiz & 0x80 != 0)
+}

@@ -1,0 +1,364 @@
+//! A scan on disk: what its headers say, and how its samples stream when they are asked for.
+
+use super::decode::{Collector, Encoding, Kept, SampleType, widen};
+use super::part::{self, Part};
+use super::{OpenError, ReadError, memory};
+use crate::volume::{self, BINS, Metadata};
+use crate::{Grid, Histogram, Progress, Raster, Sample, Samples, Summary, Unit, Volume, VolumeError};
+use rayon::prelude::*;
+use std::path::PathBuf;
+
+/// Takes the next bytes of samples: whole ones, in the file's type and byte order, i fastest.
+pub type Sink<'a> = dyn FnMut(&[u8]) -> Result<(), ReadError> + 'a;
+
+/// Passes all samples on; gives warnings that only reading them brings up.
+type Stream = dyn Fn(&Progress, &mut Sink<'_>) -> Result<Vec<String>, ReadError> + Send + Sync;
+
+/// The samples of slice k.
+type Slice = dyn Fn(usize, &Progress) -> Result<Vec<u8>, ReadError> + Send + Sync;
+
+/// A slice by its number, unpacked.
+type Unpacked = (usize, Result<Vec<u8>, ReadError>);
+
+/// Where the samples are.
+pub enum Storage {
+    /// In one stream.
+    Stream(Box<Stream>),
+    /// In slices that are unpacked side by side.
+    Slices(Box<Slice>),
+}
+
+impl Storage {
+    /// Samples that lie in stretches of files.
+    pub fn parts(parts: Vec<Part>) -> Self {
+        Self::Stream(Box::new(move |progress, take| part::stream_all(&parts, progress, take)))
+    }
+}
+
+/// A scan on disk. Its headers are read, its samples are not.
+pub struct Scan {
+    pub(super) file: PathBuf,
+    pub(super) name: String,
+    pub(super) format: &'static str,
+    pub(super) step: usize,
+    pub(super) grid: Grid,
+    pub(super) encoding: Encoding,
+    pub(super) slope: f64,
+    pub(super) intercept: f64,
+    /// `None` where the file does not say.
+    pub(super) unit: Option<Unit>,
+    pub(super) spacing_is_stated: bool,
+    pub(super) warnings: Vec<String>,
+    pub(super) metadata: Metadata,
+    /// The other files that it is read from, where naming any of them names it.
+    pub(super) series: Vec<PathBuf>,
+    /// Bytes that reading it passes.
+    pub(super) file_bytes: u64,
+    pub(super) storage: Storage,
+}
+
+/// What is known of a scan once its samples have streamed by, none of them kept.
+#[derive(Debug)]
+pub struct Survey {
+    /// How the values are spread.
+    pub summary: Summary,
+    /// The type that samples are kept in: `u8`, `i16`, `u16` or `f32`.
+    pub type_name: &'static str,
+    /// Bytes of the samples in that type.
+    pub sample_bytes: u64,
+    /// Memory that opening it needs.
+    pub memory_bytes: u64,
+    /// What is unusual, each a sentence for the person.
+    pub warnings: Vec<String>,
+}
+
+impl Scan {
+    /// A scan whose samples are its values, and whose file says no more.
+    pub(super) fn new(grid: Grid, encoding: Encoding, file_bytes: u64, storage: Storage) -> Self {
+        Self {
+            file: PathBuf::new(),
+            name: String::new(),
+            format: "",
+            step: 1,
+            grid,
+            encoding,
+            slope: 1.0,
+            intercept: 0.0,
+            unit: None,
+            spacing_is_stated: true,
+            warnings: vec![],
+            metadata: Metadata::new(),
+            series: vec![],
+            file_bytes,
+            storage,
+        }
+    }
+
+    /// What the person calls it.
+    pub fn name(&self) -> String {
+        match self.step {
+            1 => self.name.clone(),
+            step => format!("{} (every {step}{} sample)", self.name, if step == 2 { "nd" } else { "th" }),
+        }
+    }
+
+    /// The format it is in.
+    pub fn format(&self) -> &'static str {
+        self.format
+    }
+
+    /// Where the samples that will be kept lie.
+    pub fn grid(&self) -> Grid {
+        self.grid.every(self.step)
+    }
+
+    /// Whether the file, or the person, says how far samples are apart.
+    pub fn spacing_is_stated(&self) -> bool {
+        self.spacing_is_stated
+    }
+
+    /// The files that name the same scan: those of a DICOM series.
+    pub fn series(&self) -> &[PathBuf] {
+        &self.series
+    }
+
+    /// What the file says beside the samples.
+    pub fn metadata(&self) -> &Metadata {
+        &self.metadata
+    }
+
+    fn fails(&self, reason: ReadError) -> OpenError {
+        OpenError { file: self.file.clone(), reason }
+    }
+
+    /// Memory that opening it needs, at every `step`-th sample.
+    fn memory(&self, kept: Kept, step: usize) -> u64 {
+        memory::needed(self.grid.dims().map(|n| n.div_ceil(step) as u128).iter().product(), kept.bytes())
+    }
+
+    /// Reads the samples into memory, if they fit. `progress` counts bytes of files, and slices.
+    pub fn load(self, progress: &Progress) -> Result<Volume, OpenError> {
+        self.collect(progress).map_err(|reason| self.fails(reason))
+    }
+
+    fn collect(&self, progress: &Progress) -> Result<Volume, ReadError> {
+        Summary::check_scale(self.slope, self.intercept)?;
+        let kept = self.kept(progress, 1)?;
+        memory::check(self.step, |step| self.memory(kept, step))?;
+        let grid = self.grid();
+        let mut collector = Collector::new(self.encoding, kept, grid.len())?;
+        let late = self.stream(progress, &mut |bytes| {
+            collector.push(bytes);
+            Ok(())
+        })?;
+        let warnings = self.warnings(late, &collector);
+        let samples = collector.samples;
+        let (slope, intercept) = (self.slope, self.intercept);
+        let unit = self.unit.unwrap_or_else(|| guess_unit(&samples, slope, intercept));
+        let raster = Raster { grid, samples, slope, intercept, unit, warnings };
+        Ok(Volume::new(self.name(), self.format, raster)?.with_facts(self.spacing_is_stated, self.metadata.clone()))
+    }
+
+    /// Streams the samples for their range and histogram. `progress` counts bytes of files, and slices.
+    pub fn survey(&self, progress: &Progress) -> Result<Survey, OpenError> {
+        self.tally(progress).map_err(|reason| self.fails(reason))
+    }
+
+    fn tally(&self, progress: &Progress) -> Result<Survey, ReadError> {
+        Summary::check_scale(self.slope, self.intercept)?;
+        // Whole numbers are counted in one pass; floats need their range first.
+        let is_float = matches!(self.encoding.sample, SampleType::F32 | SampleType::F64);
+        let kept = self.kept(progress, 1 + u64::from(is_float))?;
+        let mut collector = Collector::new(self.encoding, kept, 0)?;
+        let mut tally = Tally::new(kept);
+        let late = self.stream(progress, &mut |bytes| {
+            collector.push(bytes);
+            tally.add(&collector.samples);
+            crate::with_samples!(&mut collector.samples, s => s.clear());
+            Ok(())
+        })?;
+        let mut warnings = self.warnings(late, &collector);
+        let histogram = match tally {
+            Tally::Whole { counts, lowest } => whole_histogram(&counts, lowest),
+            Tally::Float { ends, odd } => {
+                if ends[0] > ends[1] {
+                    return Err(VolumeError::NothingFinite.into());
+                }
+                let mut counts = Histogram { range: ends.map(f64::from), counts: vec![0; BINS] };
+                let mut collector = Collector::new(self.encoding, kept, 0)?;
+                self.stream(progress, &mut |bytes| {
+                    collector.push(bytes);
+                    if let Samples::F32(s) = &mut collector.samples {
+                        s.drain(..).for_each(|v| counts.add(volume::mend(v, ends).into(), 1));
+                    }
+                    Ok(())
+                })?;
+                warnings.extend(volume::mended(odd));
+                counts
+            }
+        };
+        let grid = self.grid();
+        warnings.extend(volume::flat(&grid));
+        let [low, high] = histogram.range.map(|s| self.slope * s + self.intercept);
+        let unit = self.unit.unwrap_or_else(|| unit_of_range([low.min(high), low.max(high)]));
+        Ok(Survey {
+            summary: Summary::new(self.slope, self.intercept, unit, histogram),
+            type_name: collector.samples.type_name(),
+            sample_bytes: (grid.len() * kept.bytes()) as u64,
+            memory_bytes: self.memory(kept, self.step),
+            warnings,
+        })
+    }
+
+    /// The type that samples are kept in. Wide integers are looked through for it.
+    fn kept(&self, progress: &Progress, passes: u64) -> Result<Kept, ReadError> {
+        let wide = self.encoding.sample.is_wide();
+        progress.begin(self.file_bytes.saturating_mul(passes + u64::from(wide)));
+        let mut ends = [i128::MAX, i128::MIN];
+        if wide {
+            self.stream(progress, &mut |bytes| {
+                widen(self.encoding, bytes, &mut ends);
+                Ok(())
+            })?;
+        }
+        Ok(Kept::of(self.encoding.sample, ends))
+    }
+
+    fn warnings(&self, late: Vec<String>, collector: &Collector) -> Vec<String> {
+        self.warnings.iter().cloned().chain(late).chain(collector.warning()).chain(self.label()).collect()
+    }
+
+    /// The sentence about a preview.
+    fn label(&self) -> Option<String> {
+        let step = self.step;
+        (step > 1).then(|| format!("this is a preview of every {step}th sample along each axis: what is finer is not in it"))
+    }
+
+    /// Passes the samples that are kept on, in order; gives warnings.
+    fn stream(&self, progress: &Progress, take: &mut Sink<'_>) -> Result<Vec<String>, ReadError> {
+        let ([nx, ny, nz], size) = (self.grid.dims(), self.encoding.sample.bytes());
+        let slice_bytes = nx as u64 * ny as u64 * size as u64;
+        let (mut passed, mut thinned) = (0_u64, vec![]);
+        let mut pass = |bytes: &[u8], at: u64| {
+            progress.reached((at + bytes.len() as u64) / slice_bytes, nz as u64);
+            if self.step == 1 {
+                return take(bytes);
+            }
+            self.thin(bytes, at, &mut thinned);
+            take(&thinned)
+        };
+        match &self.storage {
+            Storage::Stream(stream) => stream(progress, &mut |bytes| {
+                let at = passed;
+                passed += bytes.len() as u64;
+                pass(bytes, at)
+            }),
+            Storage::Slices(slice) => {
+                let wanted: Vec<usize> = (0..nz).step_by(self.step).collect();
+                // Two batches are under way, one unpacked while the one before is passed on: a sixteenth of the samples at most, so that
+                // memory stays near that of the samples.
+                let batch = (nz / 32).clamp(1, 2 * rayon::current_num_threads());
+                let unpack = |slices: &[usize]| -> Vec<Unpacked> { slices.par_iter().map(|&k| (k, slice(k, progress))).collect() };
+                let mut batches = wanted.chunks(batch);
+                let mut ready = unpack(batches.next().unwrap_or_default());
+                while !ready.is_empty() {
+                    let mut next = vec![];
+                    rayon::in_place_scope(|scope| {
+                        if let Some(slices) = batches.next() {
+                            scope.spawn(|_| next = unpack(slices));
+                        }
+                        for (k, bytes) in std::mem::take(&mut ready) {
+                            let bytes = bytes?;
+                            if bytes.len() as u64 != slice_bytes {
+                                return Err(ReadError::Truncated { wanted: slice_bytes.into(), there: bytes.len() as u64 });
+                            }
+                            pass(&bytes, k as u64 * slice_bytes)?;
+                        }
+                        Ok(progress.advance(0)?)
+                    })?;
+                    ready = next;
+                }
+                Ok(vec![])
+            }
+        }
+    }
+
+    /// Every step-th sample along each axis of `bytes`, which begin `at` bytes into the samples.
+    fn thin(&self, bytes: &[u8], at: u64, out: &mut Vec<u8>) {
+        let ([nx, ny, _], size, step) = (self.grid.dims(), self.encoding.sample.bytes(), self.step);
+        out.clear();
+        let first = (at / size as u64) as usize;
+        let count = bytes.len() / size;
+        let mut n = 0;
+        while n < count {
+            let (i, row) = ((first + n) % nx, (first + n) / nx);
+            let run = (nx - i).min(count - n);
+            if (row % ny).is_multiple_of(step) && (row / ny).is_multiple_of(step) {
+                for m in (i.next_multiple_of(step) - i..run).step_by(step) {
+                    out.extend_from_slice(&bytes[(n + m) * size..(n + m + 1) * size]);
+                }
+            }
+            n += run;
+        }
+    }
+}
+
+/// What is counted while samples stream by.
+enum Tally {
+    /// Of each whole number, from the lowest that the type has.
+    Whole { counts: Vec<u64>, lowest: i32 },
+    /// The range of what is usual, and how many are not.
+    Float { ends: [f32; 2], odd: usize },
+}
+
+impl Tally {
+    fn new(kept: Kept) -> Self {
+        match kept {
+            Kept::U8 => Self::Whole { counts: vec![0; 1 << 8], lowest: 0 },
+            Kept::U16 => Self::Whole { counts: vec![0; 1 << 16], lowest: 0 },
+            Kept::I16 => Self::Whole { counts: vec![0; 1 << 16], lowest: i16::MIN.into() },
+            Kept::F32 => Self::Float { ends: [f32::MAX, f32::MIN], odd: 0 },
+        }
+    }
+
+    fn add(&mut self, samples: &Samples) {
+        match (self, samples) {
+            (Self::Whole { counts, .. }, Samples::U8(s)) => s.iter().for_each(|&v| counts[usize::from(v)] += 1),
+            (Self::Whole { counts, .. }, Samples::U16(s)) => s.iter().for_each(|&v| counts[usize::from(v)] += 1),
+            (Self::Whole { counts, lowest }, Samples::I16(s)) => s.iter().for_each(|&v| counts[(i32::from(v) - *lowest) as usize] += 1),
+            (Self::Float { ends, odd }, Samples::F32(s)) => s.iter().for_each(|&v| match volume::is_odd(v) {
+                true => *odd += 1,
+                false => *ends = [ends[0].min(v), ends[1].max(v)],
+            }),
+            _ => unreachable!("the tally was made for the type that is kept"),
+        }
+    }
+}
+
+fn whole_histogram(counts: &[u64], lowest: i32) -> Histogram {
+    let there = || counts.iter().enumerate().filter(|(_, c)| **c > 0).map(|(n, &c)| (f64::from(n as i32 + lowest), c));
+    let low = there().next().map_or(0.0, |(v, _)| v);
+    let high = there().next_back().map_or(0.0, |(v, _)| v);
+    let mut histogram = Histogram { range: [low, high], counts: vec![0; BINS] };
+    there().for_each(|(value, count)| histogram.add(value, count));
+    histogram
+}
+
+/// What values mean in a format that does not say.
+fn guess_unit(samples: &Samples, slope: f64, intercept: f64) -> Unit {
+    fn ends<T: Sample>(samples: &[T]) -> Option<[f64; 2]> {
+        let first = *samples.first()?;
+        let widen = |[low, high]: [T; 2], &s: &T| [if s < low { s } else { low }, if s > high { s } else { high }];
+        Some(samples.iter().fold([first; 2], widen).map(T::to_f64))
+    }
+    let Some(ends) = crate::with_samples!(samples, s => ends(s)) else { return Unit::Value };
+    let [a, b] = ends.map(|s| slope * s + intercept);
+    unit_of_range([a.min(b), a.max(b)])
+}
+
+/// Values from between −1100 and −900, or exactly −2000, −2048 or −3024 (what scanners write outside their field of view), up
+/// to between 200 and 32767 are taken as Hounsfield units, as that is what CT exports look like; anything else as plain values.
+fn unit_of_range([low, high]: [f64; 2]) -> Unit {
+    let air = (-1100.0..=-900.0).contains(&low) || [-2000.0, -2048.0, -3024.0].contains(&low);
+    if air && (200.0..=32767.0).contains(&high) { Unit::Hounsfield } else { Unit::Value }
+}

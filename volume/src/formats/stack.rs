@@ -1,0 +1,234 @@
+//! Slices that lie where they say become one grid: sorted along their normal, sheared where the gantry was tilted, even or not.
+
+use super::{ReadError, Uneven};
+use crate::Grid;
+use glam::{DAffine3, DMat3, DVec3};
+
+/// Where a slice lies.
+#[derive(Clone, Copy, Debug)]
+pub struct Slice {
+    /// World position of its first sample, LPS mm.
+    pub position_mm: DVec3,
+    /// World directions along which i and j grow, unit vectors.
+    pub along: [DVec3; 2],
+    /// Distance of samples along i and j.
+    pub spacing_mm: [f64; 2],
+    /// Samples along i and j.
+    pub dims: [usize; 2],
+}
+
+/// A slice of the grid: slice `of` as it was given, or on its way to slice `and`, at `part` (0 to 1) of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mix {
+    /// Number of the slice.
+    pub of: usize,
+    /// Number of the next slice.
+    pub and: usize,
+    /// How much of the next slice is in it.
+    pub part: f64,
+}
+
+/// Slices put in order.
+#[derive(Debug)]
+pub struct Stack {
+    /// Where the samples lie.
+    pub grid: Grid,
+    /// One for each k.
+    pub mixes: Vec<Mix>,
+    /// What was unusual.
+    pub warnings: Vec<String>,
+}
+
+/// Directions are written with 6 digits, or as float32; a thousandth of a radian moves the edge of 512 samples by half of one.
+const DIRECTION: f64 = 1e-3;
+/// Spacings are written with at least 4 digits.
+const SPACING: f64 = 1e-3;
+/// Slices nearer to each other than this are one place: positions are written to a micrometre or coarser.
+const SAME_PLACE_MM: f64 = 1e-3;
+/// Slices within this part of a step of their even place are even: tables stop that well, and positions are rounded.
+const EVEN: f64 = 0.02;
+
+/// Puts slices in order. `thickness_mm` is the distance to the next slice where there is only one.
+pub fn build(slices: &[Slice], uneven: Uneven, thickness_mm: Option<f64>) -> Result<Stack, ReadError> {
+    let mut warnings = vec![];
+    let mut order = likest(slices, &mut warnings)?;
+    let first = slices[order[0]];
+    let [i, j] = first.along;
+    if (i.length() - 1.0).abs() > DIRECTION || (j.length() - 1.0).abs() > DIRECTION || i.dot(j).abs() > DIRECTION {
+        let text = format!("its slices state directions that are no two perpendicular unit vectors, {i} and {j}");
+        return Err(ReadError::Contradiction(text));
+    }
+    let normal = i.cross(j).normalize();
+    let height = |n: usize| normal.dot(slices[n].position_mm);
+    // Equal heights keep the order in which they came.
+    order.sort_by(|&a, &b| height(a).total_cmp(&height(b)));
+    let all = order.len();
+    order.dedup_by(|b, a| height(*b) - height(*a) < SAME_PLACE_MM);
+    if order.len() < all {
+        let n = all - order.len();
+        warnings.push(format!("{n} of {all} slices lie where another one does and are left out: of each place the first image is read"));
+    }
+    let begin = slices[order[0]].position_mm;
+    let end = slices[order[order.len() - 1]].position_mm;
+    let gaps: Vec<f64> = order.windows(2).map(|w| height(w[1]) - height(w[0])).collect();
+    let mut sorted = gaps.clone();
+    sorted.sort_by(f64::total_cmp);
+    let (count, step_mm) = match sorted.get(sorted.len() / 2) {
+        None => (1, thickness_mm.filter(|t| *t > 0.0 && t.is_finite()).unwrap_or(1.0) * normal),
+        Some(_) => (order.len(), (end - begin) / gaps.len() as f64),
+    };
+    let even = |k: usize, n: usize| slices[n].position_mm.distance(begin + step_mm * k as f64) <= EVEN * step_mm.length();
+    let is_even = order.iter().enumerate().all(|(k, &n)| even(k, n));
+    let (count, step_mm) = match is_even {
+        true => (count, step_mm),
+        false => {
+            let usual = sorted[sorted.len() / 2];
+            let total = normal.dot(end - begin);
+            // The line from the first slice to the last must pass through all of them, or they are shifted sideways.
+            let line = |n: usize| begin + (end - begin) * ((height(n) - height(order[0])) / total);
+            let tolerance = first.spacing_mm[0].min(first.spacing_mm[1]);
+            if order.iter().any(|&n| slices[n].position_mm.distance(line(n)) > tolerance) {
+                return Err(ReadError::Contradiction("its slices are shifted sideways against each other".into()));
+            }
+            let list = list_gaps(&gaps, usual);
+            let steps = (total / usual).round();
+            let more = (steps as usize).saturating_add(1);
+            // What a stack of so many slices would need is bounded: no gap asks for more than is there.
+            if uneven == Uneven::Refuse || more > 16 * order.len() {
+                return Err(ReadError::Uneven { usual_mm: usual, gaps: list });
+            }
+            warnings.push(format!(
+                "its slices are not even ({list}); they are interpolated linearly to {more} slices {} mm apart",
+                short(total / steps)
+            ));
+            (more, (end - begin) / steps)
+        }
+    };
+    let mixes = match is_even {
+        true => order.iter().map(|&n| Mix { of: n, and: n, part: 0.0 }).collect(),
+        false => interpolated(&order, &order.iter().map(|&n| height(n)).collect::<Vec<_>>(), count),
+    };
+    let [di, dj] = first.spacing_mm;
+    let map = DAffine3::from_mat3_translation(DMat3::from_cols(i * di, j * dj, step_mm), begin);
+    let grid = Grid::from_affine([first.dims[0], first.dims[1], count], map)?;
+    Ok(Stack { grid, mixes, warnings })
+}
+
+/// The slices of the most common size, directions and spacing.
+fn likest(slices: &[Slice], warnings: &mut Vec<String>) -> Result<Vec<usize>, ReadError> {
+    let like = |a: &Slice, b: &Slice| {
+        a.dims == b.dims
+            && (0..2).all(|n| a.along[n].distance(b.along[n]) < DIRECTION)
+            && (0..2).all(|n| (a.spacing_mm[n] / b.spacing_mm[n] - 1.0).abs() < SPACING)
+    };
+    let mut groups: Vec<Vec<usize>> = vec![];
+    for (n, slice) in slices.iter().enumerate() {
+        match groups.iter_mut().find(|g| like(&slices[g[0]], slice)) {
+            Some(group) => group.push(n),
+            None => groups.push(vec![n]),
+        }
+    }
+    // The first of the largest.
+    let most = groups.iter().map(Vec::len).max().unwrap_or(0);
+    let group = groups.into_iter().find(|g| g.len() == most).ok_or(ReadError::NoImages)?;
+    if group.len() < slices.len() {
+        let (n, all) = (slices.len() - group.len(), slices.len());
+        warnings.push(format!("{n} of {all} slices differ in size, direction or spacing from the others and are left out"));
+    }
+    Ok(group)
+}
+
+fn list_gaps(gaps: &[f64], usual: f64) -> String {
+    const MOST: usize = 5;
+    let odd = || gaps.iter().enumerate().filter(|(_, g)| (**g - usual).abs() > EVEN * usual);
+    let one = |(k, gap): (usize, &f64)| format!("{} mm between slices {} and {}", short(*gap), k + 1, k + 2);
+    let list = odd().take(MOST).map(one).collect::<Vec<_>>().join(", ");
+    match odd().count().saturating_sub(MOST) {
+        0 if list.is_empty() => "each gap a little".into(),
+        0 => list,
+        more => format!("{list} and {more} more"),
+    }
+}
+
+fn interpolated(order: &[usize], heights: &[f64], count: usize) -> Vec<Mix> {
+    let (low, high) = (heights[0], heights[heights.len() - 1]);
+    let at = |k: usize| {
+        let height = low + (high - low) * k as f64 / (count - 1) as f64;
+        let next = heights.partition_point(|&h| h < height).clamp(1, heights.len() - 1);
+        let part = ((height - heights[next - 1]) / (heights[next] - heights[next - 1])).clamp(0.0, 1.0);
+        Mix { of: order[next - 1], and: order[next], part }
+    };
+    (0..count).map(at).collect()
+}
+
+/// Three digits after the point at most.
+fn short(mm: f64) -> String {
+    let text = format!("{mm:.3}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn slice(z: f64) -> Slice {
+        Slice { position_mm: DVec3::new(1.0, 2.0, z), along: [DVec3::X, DVec3::Y], spacing_mm: [0.5, 0.6], dims: [4, 5] }
+    }
+
+    fn at(heights: &[f64]) -> Vec<Slice> {
+        heights.iter().map(|&z| slice(z)).collect()
+    }
+
+    #[test]
+    fn slices_are_sorted_along_their_normal() {
+        // Fails if the order of files, or a thickness, decides the geometry.
+        let stack = build(&at(&[4.0, 0.0, 2.0]), Uneven::Refuse, Some(9.0)).unwrap();
+        assert_eq!(stack.mixes.iter().map(|m| m.of).collect::<Vec<_>>(), [1, 2, 0]);
+        assert_eq!(stack.grid.spacing_mm(), DVec3::new(0.5, 0.6, 2.0));
+        assert_eq!(stack.grid.origin_mm(), DVec3::new(1.0, 2.0, 0.0));
+        let flat = build(&at(&[7.0]), Uneven::Refuse, Some(9.0)).unwrap();
+        assert_eq!(flat.grid.spacing_mm().z, 9.0);
+    }
+
+    #[test]
+    fn a_tilted_gantry_is_a_sheared_grid() {
+        // Fails if slices are assumed to be stacked along their normal.
+        let along = [DVec3::X, DVec3::new(0.0, 0.9483237, -0.3173047)];
+        let slices: Vec<Slice> = (0..5).map(|k| Slice { along, ..slice(2.5 * f64::from(k)) }).collect();
+        let stack = build(&slices, Uneven::Refuse, None).unwrap();
+        assert!((stack.grid.index_to_world().matrix3.z_axis - DVec3::new(0.0, 0.0, 2.5)).length() < 1e-12);
+        assert!(stack.warnings.is_empty());
+    }
+
+    #[test]
+    fn strays_and_doubles_are_left_out_aloud() {
+        let mut slices = at(&[0.0, 1.0, 1.0, 2.0, 3.0]);
+        slices.push(Slice { along: [DVec3::Y, DVec3::Z], ..slice(9.0) });
+        slices.push(Slice { dims: [9, 9], ..slice(8.0) });
+        slices.push(Slice { spacing_mm: [1.0, 1.0], ..slice(7.0) });
+        let stack = build(&slices, Uneven::Refuse, None).unwrap();
+        assert_eq!((stack.grid.dims(), stack.warnings.len()), ([4, 5, 4], 2));
+        assert!(stack.warnings[0].starts_with("3 of 8 slices differ"), "{:?}", stack.warnings);
+        assert!(stack.warnings[1].starts_with("1 of 5 slices lie where"), "{:?}", stack.warnings);
+    }
+
+    #[test]
+    fn gaps_are_listed_or_filled() {
+        // Fails if a missing slice passes in silence and the rest is squeezed.
+        let slices = at(&[0.0, 2.0, 4.0, 8.0, 10.0]);
+        let error = build(&slices, Uneven::Refuse, None).unwrap_err().to_string();
+        assert!(error.contains("4 mm between slices 3 and 4") && error.contains("--uneven resample"), "{error}");
+        let stack = build(&slices, Uneven::Resample, None).unwrap();
+        assert_eq!(stack.grid.dims(), [4, 5, 6]);
+        assert_eq!(stack.grid.spacing_mm().z, 2.0);
+        assert_eq!(stack.mixes[3], Mix { of: 2, and: 3, part: 0.5 });
+        assert!((stack.mixes[4].part - 1.0).abs() < 1e-12 && stack.mixes[4].and == 3);
+        for height in [1e9, 1e300] {
+            assert!(build(&at(&[0.0, 1.0, 2.0, height]), Uneven::Resample, None).is_err());
+        }
+        let mut sideways = at(&[0.0, 1.0, 2.0, 3.0]);
+        sideways[2].position_mm.x += 5.0;
+        assert!(build(&sideways, Uneven::Resample, None).unwrap_err().to_string().contains("sideways"));
+        assert!(build(&[], Uneven::Refuse, None).is_err());
+    }
+}
