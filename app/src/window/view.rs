@@ -136,7 +136,7 @@ impl View {
         let (surface, point) = picked(work, &work.opened.scene.camera.ray(x, y, size[0], size[1]))?.ok_or_else(missed)?;
         match self.tool {
             Tool::Normal => {
-                work.measured.add_ray(normal_ray(&surface, point).ok_or("The surface has no direction there: click beside it.")?)
+                work.measured.add_ray(normal_ray(&surface, point).ok_or("The surface has no direction there: click beside it.")?);
             }
             Tool::Landmark => work.measured.add_landmark(landmark_at(&surface, point)),
             _ => match self.first_point.take() {
