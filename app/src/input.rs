@@ -134,7 +134,8 @@ impl Opened {
                 opened.scene.layers[n] = layer;
             } else if let Some(file) = &opened.sources[n].transform {
                 let names = opened.volumes.iter().enumerate().filter(|(m, _)| *m != n).map(|(_, v)| v.name());
-                opened.scene.layers[n].transform = read_transform(file, opened.volumes[n].name(), &names.collect::<Vec<_>>())?;
+                let registration = read_transform(file, opened.volumes[n].name(), &names.collect::<Vec<_>>())?;
+                (opened.scene.layers[n].transform, opened.scene.layers[n].residual_mm) = (registration.transform, registration.residual_mm);
             }
         }
         match sessions.pop() {

@@ -1,8 +1,8 @@
 //! Measurements with what they were made from, so that anyone can make them again.
 
-use crate::input::{InputError, Opened, Source};
+use crate::input::{Opened, Source};
 use bregma_measure::{DifferenceRay, probe};
-use bregma_renderer::{Layer, Ray};
+use bregma_renderer::{Color, Layer, Ray};
 use bregma_volume::{GridError, Progress, WorldPoint};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -51,11 +51,12 @@ impl Origin {
     }
 }
 
-/// A difference ray as it is written to JSON: the measurement, its name if it has one, and `made_by`.
-pub fn to_json(ray: &DifferenceRay, name: Option<&str>, origin: Option<&Origin>) -> Value {
+/// A difference ray as it is written to JSON: the measurement, its name and colour if it has them, and `made_by`.
+pub fn to_json(ray: &DifferenceRay, named: Option<(&str, Color)>, origin: Option<&Origin>) -> Value {
     let mut record = json!(ray);
-    if let (Some(name), Some(fields)) = (name, record.as_object_mut()) {
+    if let (Some((name, color)), Some(fields)) = (named, record.as_object_mut()) {
         fields.insert("name".into(), json!(name));
+        fields.insert("color".into(), json!(color.hex()));
     }
     if let (Some(origin), Some(fields)) = (origin, record.as_object_mut()) {
         fields.insert("made_by".into(), json!(origin));
@@ -119,15 +120,15 @@ pub struct Judged {
 /// Lengths are the same to this, mm: the last digits depend on how a compiler orders sums.
 const SAME_MM: f64 = 1e-9;
 
-/// Scans that were opened to measure again, so that a file of many rays opens each only once.
+/// The scans that were opened last to measure again, so that a file of many rays opens them only once.
 #[derive(Debug, Default)]
 pub struct Verifier {
-    opened: Vec<(Vec<Scan>, Opened, Vec<String>)>,
+    opened: Option<(Vec<Scan>, Opened)>,
 }
 
 impl Verifier {
     /// Measures record number `n` (from 1) again. The answer holds one judgement for each length, and what else is to be said; an error is a
-    /// sentence about why it cannot be measured.
+    /// sentence about why it cannot be measured, as where a scan is not what it was.
     pub fn verify(&mut self, n: usize, record: &Value, folder: &Path) -> Result<(Vec<Judged>, Vec<String>), String> {
         let name = record.get("name").and_then(Value::as_str).map_or(format!("ray {n}"), str::to_owned);
         let origin: Origin = record
@@ -135,54 +136,59 @@ impl Verifier {
             .and_then(|v| Origin::deserialize(v).ok())
             .ok_or(format!("{name} does not say what it was made from; measure it again with this version"))?;
         let ray = ray_of(record).ok_or(format!("{name} has no ray; its origin_mm and direction are needed"))?;
-        let (opened, mut notes) = self.open(&origin, folder).map_err(|e| e.to_string())?;
+        let opened = self.open(&origin, folder)?;
+        let mut notes = vec![];
         if origin.program != PROGRAM {
             notes.push(format!("{name} was made by {}", origin.program));
         }
         let now = measure(opened, &ray).map_err(|e| format!("{name}: {e}"))?;
         let mut judged = vec![];
         let recorded = record.get("volumes").and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
-        for (v, volume) in now.volumes.iter().enumerate() {
-            let lengths: Vec<f64> = recorded
+        for v in 0..recorded.len().max(now.volumes.len()) {
+            let lengths: Vec<Option<f64>> = recorded
                 .get(v)
                 .and_then(|r| r.get("segments")?.as_array())
-                .map_or(vec![], |segments| segments.iter().filter_map(|s| s.get("length_mm")?.as_f64()).collect());
-            for k in 0..lengths.len().max(volume.segments.len()) {
-                let verdict = match (lengths.get(k), volume.segments.get(k)) {
-                    (Some(was), Some(is)) if (was - is.length_mm).abs() <= SAME_MM => Verdict::Holds,
-                    (Some(was), Some(is)) => Verdict::Differs { was_mm: *was, is_mm: is.length_mm },
-                    (Some(_), None) => Verdict::Gone("there is no such bone now"),
-                    _ => Verdict::Gone("this bone was not recorded"),
+                .map_or(vec![], |segments| segments.iter().map(|s| s.get("length_mm")?.as_f64()).collect());
+            let (scan, segments) =
+                now.volumes.get(v).map_or(("a scan that is not there", &[][..]), |v| (v.name.as_str(), v.segments.as_slice()));
+            for k in 0..lengths.len().max(segments.len()) {
+                let verdict = match (lengths.get(k), segments.get(k)) {
+                    (Some(Some(was)), Some(is)) if (was - is.length_mm).abs() <= SAME_MM => Verdict::Holds,
+                    (Some(Some(was)), Some(is)) => Verdict::Differs { was_mm: *was, is_mm: is.length_mm },
+                    (Some(Some(_)), None) => Verdict::Gone("there is no such bone now"),
+                    (Some(None), _) => Verdict::Gone("its recorded length is no number"),
+                    (None, _) => Verdict::Gone("this bone was not recorded"),
                 };
-                judged.push(Judged { what: format!("{name}, {}, bone {}", volume.name, k + 1), verdict });
+                judged.push(Judged { what: format!("{name}, {scan}, bone {}", k + 1), verdict });
             }
         }
         Ok((judged, notes))
     }
 
-    /// The scans of a record as they were measured, and what is no longer as it was.
-    fn open(&mut self, origin: &Origin, folder: &Path) -> Result<(&Opened, Vec<String>), InputError> {
-        let known = self.opened.iter().position(|(scans, ..)| *scans == origin.scans);
-        let n = match known {
-            Some(n) => n,
+    /// The scans of a record as they were measured.
+    fn open(&mut self, origin: &Origin, folder: &Path) -> Result<&Opened, String> {
+        let layers = origin.scans.iter().map(|scan| scan.layer.clone()).collect();
+        let same = |(a, b): (&Scan, &Scan)| a.source == b.source && a.content == b.content;
+        let is_open = |scans: &[Scan]| scans.len() == origin.scans.len() && scans.iter().zip(&origin.scans).all(same);
+        let known = self.opened.take().filter(|(scans, _)| is_open(scans));
+        let mut opened = match known {
+            Some((_, opened)) => opened,
             None => {
                 let beside = |scan: &Scan| Source { file: found(&scan.source.file, folder), ..scan.source.clone() };
                 let sources: Vec<Source> = origin.scans.iter().map(beside).collect();
-                let mut opened = Opened::read(&sources, &Progress::default())?;
-                let mut notes = vec![];
-                for (n, scan) in origin.scans.iter().enumerate().filter(|(n, _)| *n < opened.volumes.len()) {
-                    opened.scene.layers[n] = scan.layer.clone();
-                    if opened.volumes[n].content() != scan.content {
-                        notes.push(format!("{} is not the scan that was measured: its content differs", sources[n].file.display()));
-                    }
+                let opened = Opened::read(&sources, &Progress::default()).map_err(|e| e.to_string())?;
+                if opened.volumes.len() != origin.scans.len() {
+                    return Err(format!("{} scans were measured, and {} are there", origin.scans.len(), opened.volumes.len()));
                 }
-                self.opened.push((origin.scans.clone(), opened, notes));
-                self.opened.len() - 1
+                let changed = opened.volumes.iter().zip(&origin.scans).zip(&sources).find(|((v, scan), _)| v.content() != scan.content);
+                if let Some((_, source)) = changed {
+                    return Err(format!("{} is not the scan that was measured: its content differs", source.file.display()));
+                }
+                opened
             }
         };
-        let (_, opened, notes) = &self.opened[n];
-        // What is said of the scans is said once.
-        Ok((opened, if known.is_none() { notes.clone() } else { vec![] }))
+        opened.scene.layers = layers;
+        Ok(&self.opened.insert((origin.scans.clone(), opened)).1)
     }
 }
 

@@ -97,7 +97,7 @@ pub fn csv_rows(ray: usize, d: &DifferenceRay) -> String {
                 u.noise_error_mm,
                 u.sampling_error_mm,
                 u.blur_error_mm,
-                u.registration_error_mm,
+                u.registration_error_mm.map_or(String::new(), |mm| mm.to_string()),
                 s.obliquity_deg[0],
                 s.obliquity_deg[1],
                 s.half_maximum_mm.map_or(String::new(), |mm| mm.to_string()),

@@ -185,11 +185,10 @@ fn segments(surface: &Surface, layer: &Layer, ray: &Ray, crossings: &[Crossing],
     let end = |n: usize| {
         let crossing = ends[n];
         let cut = crossing.clipped || crossing.at_origin;
-        let beside = |other: Option<&&Crossing>| {
-            let cosine = crossing.normal.dot(ray.direction).abs();
-            let half_mm = other.map_or(f64::INFINITY, |other| 0.5 * cosine * (other.t_mm - crossing.t_mm).abs());
-            half_mm.max(LEAST_REACH_VOXEL * spacing_along_mm(surface, crossing.normal))
-        };
+        let cosine = crossing.normal.dot(ray.direction).abs();
+        let half_mm = |other: Option<&&Crossing>| other.map_or(f64::INFINITY, |other| 0.5 * (other.t_mm - crossing.t_mm).abs());
+        let beside =
+            |other: Option<&&Crossing>| (cosine * half_mm(other)).max(LEAST_REACH_VOXEL * spacing_along_mm(surface, crossing.normal));
         // The bone lies behind an entry, and before an exit.
         let (wall, gap) = if n.is_multiple_of(2) {
             (ends.get(n + 1), n.checked_sub(1).and_then(|n| ends.get(n)))
@@ -197,14 +196,14 @@ fn segments(surface: &Surface, layer: &Layer, ray: &Ray, crossings: &[Crossing],
             (ends.get(n - 1), ends.get(n + 1))
         };
         let edge = || Edge::at(surface, reference::world(surface, crossing).0, crossing.normal, beside(wall), beside(gap));
-        End { crossing, edge: if cut { None } else { edge() } }
+        End { crossing, edge: if cut { None } else { edge() }, reach_mm: half_mm(wall).min(half_mm(gap)) }
     };
     let segment = |n: usize| {
         let [enter, exit] = [end(2 * n), end(2 * n + 1)];
         let length_mm = exit.crossing.t_mm - enter.crossing.t_mm;
         let obliquity_deg = [enter, exit].map(|end| end.obliquity_deg(ray));
-        let cosine = obliquity_deg[0].max(obliquity_deg[1]).to_radians().cos();
-        let resolution_mm = enter.resolution_mm(surface).max(exit.resolution_mm(surface)) / cosine.max(f64::EPSILON);
+        let along_ray_mm = |end: End<'_>| end.resolution_mm(surface) / end.cosine(ray).max(f64::EPSILON);
+        let resolution_mm = [enter, exit].into_iter().filter(End::is_boundary).map(along_ray_mm).fold(0.0, f64::max);
         Segment {
             from_mm: enter.crossing.t_mm,
             to_mm: exit.crossing.t_mm,
@@ -221,15 +220,17 @@ fn segments(surface: &Surface, layer: &Layer, ray: &Ray, crossings: &[Crossing],
     (0..ends.len() / 2).map(segment).collect()
 }
 
-/// The length between the half-maximum boundaries: at each end the crossing of that end's own middle that is nearest to it.
+/// The length between the half-maximum boundaries: at each end the crossing of that end's own middle that is nearest to it, if there is one
+/// before the middle of the wall, or of the gap, behind which lie others'.
 fn half_maximum_mm(surface: &Surface, ray: &Ray, ends: [End<'_>; 2]) -> Option<f64> {
     let at = |end: &End<'_>| {
         let level = surface.volume.sample_of(end.edge?.middle());
         let crossings = reference::crossings(&Surface { level, ..surface.clone() }, ray);
         let same = crossings.iter().filter(|c| c.kind == end.crossing.kind && !c.clipped && !c.at_origin);
-        same.map(|c| c.t_mm).min_by(|a, b| (a - end.crossing.t_mm).abs().total_cmp(&(b - end.crossing.t_mm).abs()))
+        let away = |t_mm: f64| (t_mm - end.crossing.t_mm).abs();
+        same.map(|c| c.t_mm).filter(|t| away(*t) < end.reach_mm).min_by(|a, b| away(*a).total_cmp(&away(*b)))
     };
-    Some(at(&ends[1])? - at(&ends[0])?).filter(|length_mm| *length_mm > 0.0)
+    Some(at(&ends[1])? - at(&ends[0])?)
 }
 
 /// Cuts the union of the boxes wherever a box or a segment begins or ends.

@@ -159,7 +159,8 @@ fn grown(seeds: &RTree<Point>, (mut centre, mut radius): (DVec3, f64), first_ste
         let Some(away) = touched.and_then(|seed| (centre - seed).try_normalize()) else { break };
         let moved = centre + step * away;
         let room = seeds.nearest_neighbor(moved.to_array()).map_or(0.0, |seed| DVec3::from(*seed).distance(moved));
-        if room > radius {
+        // A step through the wall's other side would find room in the air: it is shorter than what it would have to pass.
+        if room > radius && step < radius {
             (centre, radius) = (moved, room);
         }
         step *= 0.5;

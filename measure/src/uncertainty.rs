@@ -25,8 +25,8 @@ pub struct Uncertainty {
     pub sampling_error_mm: f64,
     /// Shift of both ends by blur: toward the hollow side of a curved boundary, and into a wall whose other side is near.
     pub blur_error_mm: f64,
-    /// Residual of the volume's registration, where it is known: as far as moving the ray sideways by it changes the length.
-    pub registration_error_mm: f64,
+    /// Residual of the volume's registration: as far as moving the ray sideways by it changes the length; null where it is not known.
+    pub registration_error_mm: Option<f64>,
     /// Total.
     pub error_mm: f64,
 }
@@ -41,11 +41,13 @@ pub struct End<'a> {
     pub crossing: &'a Crossing,
     /// What the scan shows of the boundary there; `None` at a cut, or where it shows none.
     pub edge: Option<Edge>,
+    /// Half the way to the nearest other end, along the ray.
+    pub reach_mm: f64,
 }
 
 impl End<'_> {
     /// A boundary of bone, and not a cut of the scan or of the ray.
-    fn is_boundary(&self) -> bool {
+    pub fn is_boundary(&self) -> bool {
         !(self.crossing.clipped || self.crossing.at_origin)
     }
 
@@ -59,7 +61,8 @@ impl End<'_> {
         self.cosine(ray).acos().to_degrees()
     }
 
-    fn cosine(&self, ray: &Ray) -> f64 {
+    /// Cosine of that angle.
+    pub fn cosine(&self, ray: &Ray) -> f64 {
         self.normal().dot(ray.direction).abs().min(1.0)
     }
 
@@ -114,19 +117,21 @@ impl Edge {
 /// is registered with a residual of `residual_mm` (root mean square over landmarks), where that is known.
 pub fn of_length(surface: &Surface, iso: f64, tolerance: f64, ray: &Ray, ends: [End<'_>; 2], residual_mm: Option<f64>) -> Uncertainty {
     let length_mm = ends[1].crossing.t_mm - ends[0].crossing.t_mm;
-    let wall_mm = length_mm * ends[0].cosine(ray).min(ends[1].cosine(ray));
     let boundaries = || ends.iter().filter(|end| end.is_boundary());
+    let wall_mm = length_mm * boundaries().map(|end| end.cosine(ray)).fold(1.0, f64::min);
     let root_error_mm = ends.iter().map(|end| end.crossing.error_mm).sum();
     let threshold_error_mm = boundaries().map(|end| tolerance / end.slope(surface, iso, ray)).sum();
     let noise = boundaries().map(|end| end.edge.map_or(0.0, |e| noise_mm(end, e, surface, iso, ray)).powi(2)).sum::<f64>().sqrt();
     let sampling = boundaries().map(|end| sampling_mm(end, surface, iso, ray).powi(2)).sum::<f64>().sqrt();
     let blur = boundaries().map(|end| end.shift_mm(wall_mm) / end.cosine(ray)).sum::<f64>().abs();
-    let [n0, n1] = ends.map(|end| end.normal() / end.normal().dot(ray.direction));
+    // Moving the scan by v moves an end by v·n/(n·d); the ray's own origin stays.
+    let moved = |end: End<'_>| if end.crossing.at_origin { DVec3::ZERO } else { end.normal() / end.normal().dot(ray.direction) };
+    let [n0, n1] = ends.map(moved);
     // A third of the residual's square lies along any one direction.
-    let registration = residual_mm.map_or(0.0, |r| (n0 - n1).length() * r / 3.0_f64.sqrt());
+    let registration = residual_mm.map(|r| (n0 - n1).length() * r / 3.0_f64.sqrt());
     let (noise_error_mm, sampling_error_mm) = (IN_95_OF_100 * noise, IN_95_OF_100 * sampling);
-    let registration_error_mm = IN_95_OF_100 * registration;
-    let squares = [root_error_mm, threshold_error_mm, noise_error_mm, sampling_error_mm, registration_error_mm].map(|part| part * part);
+    let registration_error_mm = registration.map(|mm| IN_95_OF_100 * mm);
+    let parts = [root_error_mm, threshold_error_mm, noise_error_mm, sampling_error_mm, registration_error_mm.unwrap_or(0.0)];
     Uncertainty {
         root_error_mm,
         threshold_error_mm,
@@ -134,7 +139,7 @@ pub fn of_length(surface: &Surface, iso: f64, tolerance: f64, ray: &Ray, ends: [
         sampling_error_mm,
         blur_error_mm: blur,
         registration_error_mm,
-        error_mm: squares.iter().sum::<f64>().sqrt() + blur,
+        error_mm: parts.iter().map(|part| part * part).sum::<f64>().sqrt() + blur,
     }
 }
 

@@ -30,6 +30,11 @@ impl Color {
         Some(Self([16, 8, 0].map(|shift| (number >> shift & 255) as f32 / 255.0)))
     }
 
+    /// As `rrggbb`.
+    pub fn hex(self) -> String {
+        self.0.map(|c| format!("{:02x}", (255.0 * c.clamp(0.0, 1.0)).round() as u8)).concat()
+    }
+
     /// As light (linear RGB).
     pub(crate) fn linear(self) -> Vec3 {
         Vec3::from(self.0.map(|c| if c <= 0.040_45 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }))

@@ -392,7 +392,7 @@ fn recorded_lengths_are_verified() {
     let mut other = ball();
     other[0] += 1;
     nrrd(&moved.join("ball.nrrd"), CUBE, &other);
-    assert!(stderr(&ok(&moved, "verify rays.json")).contains("is not the scan that was measured"));
+    fails(&moved, "verify rays.json", &["ball.nrrd is not the scan that was measured"]);
     std::fs::remove_file(moved.join("ball.nrrd")).unwrap();
     fails(&moved, "verify rays.json", &["rays.json", "no such file"]);
     for (text, part) in [("{}", "does not say what it was made from"), ("", "holds no measurements"), ("{", "is not JSON")] {

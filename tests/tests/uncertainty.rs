@@ -3,10 +3,11 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
+use bregma::input::{Opened, Source};
 use bregma_measure::{Segment, iso_tolerance, probe};
 use bregma_renderer::{Layer, Ray};
 use bregma_synthetic::ct::{AIR_HU, Field, Material, Scanner};
-use bregma_tests::Random;
+use bregma_tests::{Random, data};
 use bregma_volume::{Grid, Progress, Raster, Samples, Unit, Volume, WorldPoint};
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use std::sync::Arc;
@@ -162,8 +163,8 @@ fn measure(pose: &mut Pose, random: &mut Random) -> Option<Segment> {
 
 #[test]
 fn ninety_five_of_a_hundred_intervals_hold_the_true_thickness() {
-    // Fails if a part is left out, is too large or too small, or mixes mm and voxels: on all shapes, on any subset of them with or without blur
-    // and noise, the interval should hold the truth neither too rarely nor always.
+    // Fails if a part is left out, is too large or too small, or mixes mm and voxels: on each shape the interval should hold the truth neither
+    // too rarely nor always, and with or without blur and noise not much more rarely.
     let mut all = [0_usize; 2];
     for (n, name) in ["slab", "shell", "wedge"].iter().enumerate() {
         let mut random = Random(100 + n as u64);
@@ -215,6 +216,8 @@ fn ninety_five_of_a_hundred_intervals_hold_the_true_thickness() {
         all[1] += measured;
         let share = held as f64 / measured as f64;
         assert!((0.93..=0.99).contains(&share), "{name}: {share}");
+        // Of a few hundred each, a share varies by one or two of a hundred.
+        assert!(kinds.iter().all(|[h, n]| *n > 100 && h * 100 >= n * 89), "{name}: {kinds:?}");
         assert!(measured > POSES / 2);
     }
     println!("all: {:.1} % of {}", 100.0 * all[0] as f64 / all[1] as f64, all[1]);
@@ -245,4 +248,90 @@ fn walls_below_the_resolution_are_flagged() {
         100.0 * flagged as f64 / below as f64
     );
     assert!(flagged * 100 >= below * 95 && falsely * 100 <= thick * 5 && below > 300 && thick > 300);
+}
+
+/// Of 1,000 rays through two scans of one object: walls that both show, how many have lengths that agree within their stated errors, and how
+/// far apart these are, sorted, mm. Not compared are walls that a scan cannot show or cuts, and those met at over 60°, where a length is what the
+/// ray makes of a rim.
+fn compare(volumes: &[Arc<Volume>], layers: &[Layer], seed: u64) -> (usize, usize, Vec<f64>) {
+    let bounds = bregma_renderer::Bounds::of([volumes[0].grid()]);
+    let mut random = Random(seed);
+    let (mut rays, mut held, mut off) = (0, 0, vec![]);
+    while rays < 1000 {
+        let mut direction = || DVec3::new(normal(&mut random), normal(&mut random), normal(&mut random)).normalize();
+        let (from, through) =
+            (bounds.centre_mm + 1.5 * bounds.radius_mm * direction(), bounds.centre_mm + 0.3 * bounds.radius_mm * direction());
+        let found = probe(volumes, layers, &Ray::new(WorldPoint(from), through - from).unwrap()).unwrap();
+        let is_straight = |s: &Segment| s.obliquity_deg.iter().all(|deg| *deg < 60.0);
+        let usable = |s: &&Segment| !s.below_resolution && !s.clipped && is_straight(s);
+        let mut is_compared = false;
+        for a in found.volumes[0].segments.iter().filter(usable) {
+            let overlap = |b: &Segment| (a.to_mm.min(b.to_mm) - a.from_mm.max(b.from_mm)).max(0.0) / a.length_mm.max(b.length_mm);
+            let Some(b) = found.volumes[1].segments.iter().filter(usable).find(|b| overlap(b) > 0.5) else { continue };
+            let stated = a.uncertainty.error_mm.hypot(b.uncertainty.error_mm);
+            assert!(stated.is_finite());
+            held += usize::from((a.length_mm - b.length_mm).abs() <= stated);
+            off.push((a.length_mm - b.length_mm).abs());
+            is_compared = true;
+        }
+        rays += usize::from(is_compared);
+    }
+    off.sort_by(f64::total_cmp);
+    (off.len(), held, off)
+}
+
+fn tell(what: &str, (walls, held, off): &(usize, usize, Vec<f64>)) -> f64 {
+    let share = *held as f64 / *walls as f64;
+    let (median, most) = (off[off.len() / 2], off[off.len() * 95 / 100]);
+    println!(
+        "{what}: of {walls} walls {:.1} % agree within their stated errors; apart by {median:.3} mm (median), 95 % within {most:.3} mm",
+        100.0 * share
+    );
+    share
+}
+
+fn open(folder: &std::path::Path, name: &str) -> Arc<Volume> {
+    let source = Source { file: folder.join(name), ..Source::default() };
+    Opened::read(&[source], &Progress::default()).unwrap().volumes.remove(0)
+}
+
+#[test]
+fn a_template_and_itself_under_a_known_transform_agree_within_their_stated_errors() {
+    // Fails if a stated error is too small on a real scan's samples, or a transform moves a length.
+    let Some(d) = data("the mouse template against itself") else { return };
+    let template = open(&d, "mouse/low_res_template_UCHAR.nii.gz");
+    let layer = Layer::new(&template, 0, 2);
+    let surface = bregma_renderer::Surface::new(&template, layer.iso, DAffine3::IDENTITY).unwrap();
+    // Another scan of the same head: turned by 25° and shifted, with other voxels.
+    let bounds = bregma_renderer::Bounds::of([template.grid()]);
+    let turn = DQuat::from_axis_angle(DVec3::new(2.0, -1.0, 2.0) / 3.0, 25.0_f64.to_radians());
+    let known = DAffine3::from_translation(bounds.centre_mm + DVec3::new(0.031, -0.047, 0.019)) * DAffine3::from_quat(turn);
+    let spacing = template.grid().spacing_mm() * DVec3::new(0.9, 1.1, 1.0);
+    let dims = (DVec3::splat(2.0 * bounds.radius_mm) / spacing).as_usizevec3().to_array();
+    let grid = Grid::new(dims, spacing, -0.5 * spacing * DVec3::from(dims.map(|n| n as f64 - 1.0)), DMat3::IDENTITY).unwrap();
+    let at = |n: usize| {
+        let index = DVec3::new((n % dims[0]) as f64, (n / dims[0] % dims[1]) as f64, (n / dims[0] / dims[1]) as f64);
+        let point = known.transform_point3(grid.index_to_world().transform_point3(index));
+        let along = Ray { origin: WorldPoint(point), direction: DVec3::X };
+        bregma_measure::profile(&surface, &along, [0.0, 0.0], 1).first().map_or(0, |[_, value]| value.round() as u8)
+    };
+    let samples = Samples::U8((0..grid.len()).map(at).collect());
+    let other = bregma_tests::volume("again", grid.clone(), samples);
+    let layers = [layer.clone(), Layer { transform: known, iso: layer.iso, ..Layer::new(&other, 1, 2) }];
+    let share = tell("template", &compare(&[template, other], &layers, 5));
+    assert!(share >= 0.93, "{share}");
+}
+
+#[test]
+fn two_scans_of_one_phantom_agree_as_far_as_is_known() {
+    // The phantom's straight and tilted series: slices of 1 and of 2.5 mm, a sheared grid. They lie 0.8 mm apart (`volume/tests/real_scans.rs`
+    // fits the shift, which no header states), with 0.19 mm of residual. Only two thirds of the lengths agree within their stated errors, see
+    // docs/measuring.md: this fails when it is fewer, and when it is 93 of 100 and ought to be asked for.
+    let Some(d) = data("the phantom's two series") else { return };
+    let volumes = [open(&d, "phantom-philips/straight"), open(&d, "phantom-philips/tilted")];
+    let mut layers: Vec<Layer> = volumes.iter().enumerate().map(|(n, v)| Layer { iso: 300.0, ..Layer::new(v, n, 2) }).collect();
+    layers[1].transform = DAffine3::from_translation(DVec3::new(-0.17, -0.75, 0.26));
+    layers[1].residual_mm = Some(0.19);
+    let share = tell("phantom", &compare(&volumes, &layers, 11));
+    assert!((0.6..0.93).contains(&share), "{share}");
 }

@@ -13,31 +13,44 @@ pub struct TransformError {
     reason: String,
 }
 
-/// Reads the transform that moves the volume called `moving` onto one of those called `fixed`, from
+/// How a scan is moved onto another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Registration {
+    /// World to world, mm.
+    pub transform: DAffine3,
+    /// Root mean square distance that it leaves between landmarks, mm, where the file says (`rms_mm` in JSON).
+    pub residual_mm: Option<f64>,
+}
+
+/// Reads the registration that moves the volume called `moving` onto one of those called `fixed`, from
 /// * JSON: 4×4 rows, or an object with `R` (3×3 rows) and `t`; or `pairs`, an object of such objects named `moving->fixed`
 ///   after the scans, of which `FILE#NAME` picks one by name;
 /// * an ITK text transform (`.tfm`): affine, Euler or versor. ITK's map leads from the fixed to the moving image, as resampling
 ///   needs it, so the volume is moved by its inverse, as in 3D Slicer.
-pub fn read_transform(path: &Path, moving: &str, fixed: &[&str]) -> Result<DAffine3, TransformError> {
+pub fn read_transform(path: &Path, moving: &str, fixed: &[&str]) -> Result<Registration, TransformError> {
     let text_path = path.to_string_lossy();
     // FILE#NAME, unless a file is really called so.
     let split = text_path.rsplit_once('#').filter(|_| !path.exists());
     let (file, pair) = split.map_or((path, None), |(file, pair)| (Path::new(file), Some(pair)));
     let fail = |reason: String| TransformError { file: file.display().to_string(), reason };
     let text = std::fs::read_to_string(file).map_err(|e| fail(format!("cannot be read ({e}); check the name and permissions")))?;
-    let transform = if text.trim_start().starts_with("#Insight Transform File") {
-        itk(&text).map(|t| t.inverse())
+    let registration = if text.trim_start().starts_with("#Insight Transform File") {
+        itk(&text).map(|t| Registration { transform: t.inverse(), residual_mm: None })
     } else {
         match serde_json::from_str::<Value>(&text) {
             Ok(value) => json(&value, moving, fixed, pair),
             Err(e) => Err(format!("is neither JSON ({e}) nor an ITK text transform; give a 4×4 matrix, R and t, or a .tfm")),
         }
     };
-    let transform = transform.map_err(fail)?;
+    let registration = registration.map_err(fail)?;
+    let Registration { transform, residual_mm } = registration;
+    if residual_mm.is_some_and(|mm| !(mm.is_finite() && mm >= 0.0)) {
+        return Err(fail("has an rms_mm that is no distance; correct it".into()));
+    }
     if !transform.is_finite() || transform.matrix3.determinant() == 0.0 {
         return Err(fail("holds a transform that cannot be inverted; register again".into()));
     }
-    Ok(transform)
+    Ok(registration)
 }
 
 fn numbers(value: &Value) -> Option<Vec<f64>> {
@@ -48,7 +61,7 @@ fn numbers(value: &Value) -> Option<Vec<f64>> {
     }
 }
 
-fn json(value: &Value, moving: &str, fixed: &[&str], pair: Option<&str>) -> Result<DAffine3, String> {
+fn json(value: &Value, moving: &str, fixed: &[&str], pair: Option<&str>) -> Result<Registration, String> {
     if let Some(pairs) = value.get("pairs").and_then(Value::as_object) {
         // "A->B" belongs to scans called A and B, or A and B with an ending: A.nii.gz, but not A2.
         let names = |name: &str, key: &str| name.strip_prefix(key).is_some_and(|rest| !rest.starts_with(char::is_alphanumeric));
@@ -65,14 +78,15 @@ fn json(value: &Value, moving: &str, fixed: &[&str], pair: Option<&str>) -> Resu
         let (Ok(r), Ok(t)) = (<[f64; 9]>::try_from(r), <[f64; 3]>::try_from(t)) else {
             return Err("has R and t, but not of 9 and 3 numbers".into());
         };
-        return Ok(DAffine3::from_mat3_translation(DMat3::from_cols_array(&r).transpose(), DVec3::from(t)));
+        let transform = DAffine3::from_mat3_translation(DMat3::from_cols_array(&r).transpose(), DVec3::from(t));
+        return Ok(Registration { transform, residual_mm: value.get("rms_mm").and_then(Value::as_f64) });
     }
     let rows: Option<[f64; 16]> = numbers(value).and_then(|n| n.try_into().ok());
     let matrix = DMat4::from_cols_array(&rows.ok_or("holds neither a 4×4 matrix nor R and t")?).transpose();
     if matrix.row(3) != glam::DVec4::W {
         return Err("holds a 4×4 matrix whose last row is not 0 0 0 1; give the rows in order".into());
     }
-    Ok(DAffine3::from_mat4(matrix))
+    Ok(Registration { transform: DAffine3::from_mat4(matrix), residual_mm: None })
 }
 
 fn itk(text: &str) -> Result<DAffine3, String> {
@@ -121,7 +135,7 @@ fn itk(text: &str) -> Result<DAffine3, String> {
 mod tests {
     use super::*;
 
-    fn read(text: &str, name: &str) -> Result<DAffine3, TransformError> {
+    fn read(text: &str, name: &str) -> Result<Registration, TransformError> {
         let path = std::env::temp_dir().join(format!("bregma-transform-{}-{name}", std::process::id()));
         std::fs::write(&path, text).unwrap();
         let read = read_transform(&path, "A_1.nii.gz", &["B_2.nrrd"]);
@@ -144,9 +158,16 @@ mod tests {
             ("euler.tfm", "#Insight Transform File V1.0\n#Transform 0\nTransform: Euler3DTransform_double_3_3\nParameters: 0 0 -1.5707963267948966 -20 10 -30\nFixedParameters: 0 0 0\n".to_owned()),
         ];
         for (name, text) in forms {
-            let moved = read(&text, name).unwrap().transform_point3(p);
+            let moved = read(&text, name).unwrap().transform.transform_point3(p);
             assert!((moved - expected).length() < 1e-12, "{name}: {moved}");
         }
+    }
+
+    #[test]
+    fn a_residual_is_read_where_it_is_stated() {
+        let text = |rms: &str| format!(r#"{{"pairs": {{"A_1->B_2": {{"R": [[1,0,0],[0,1,0],[0,0,1]], "t": [0,0,0]{rms}}}}}}}"#);
+        assert_eq!(read(&text(r#", "rms_mm": 0.25"#), "rms.json").unwrap().residual_mm, Some(0.25));
+        assert_eq!(read(&text(""), "no-rms.json").unwrap().residual_mm, None);
     }
 
     #[test]
@@ -155,6 +176,7 @@ mod tests {
             ("empty", "", "neither JSON"),
             ("no-pair", r#"{"pairs": {"X->Y": {}}}"#, "X->Y"),
             ("singular", r#"{"R": [[0,0,0],[0,0,0],[0,0,0]], "t": [0,0,0]}"#, "inverted"),
+            ("residual", r#"{"R": [[1,0,0],[0,1,0],[0,0,1]], "t": [0,0,0], "rms_mm": -1}"#, "rms_mm"),
             ("other-name", r#"{"pairs": {"A_->B_2": {}}}"#, "A_->B_2"),
             ("two-fit", r#"{"pairs": {"A_1->B_2": {}, "A_1.nii->B_2": {}}}"#, "FILE#NAME"),
             ("two", "#Insight Transform File V1.0\nTransform: A\nParameters: 0\nFixedParameters: 0\nTransform: A\n", "several"),

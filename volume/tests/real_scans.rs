@@ -182,7 +182,7 @@ fn the_two_series_of_the_phantom_land_on_each_other() {
         "phantom: correlation {correlation:.4} of {n} samples; 300 HU surfaces, median distance of {} points {before:.3} mm",
         stated.len()
     );
-    println!("phantom: it moved by {moved_mm:.2} mm between the scans; without that the median distance is {after:.3} mm");
+    println!("phantom: shifted by {moved_mm:.2} mm, which no header states, the median distance is {after:.3} mm");
     assert!(correlation >= 0.955 && before < 0.5, "{correlation} {before}");
     assert!(moved_mm.length() < 1.0 && after < 0.3, "{moved_mm} {after}");
 }

@@ -128,7 +128,8 @@ pub fn save_rays(file: &Path, work: &Work, found: &[Found]) -> Result<String, St
 /// The rays with their names and what they were measured on.
 fn records(work: &Work, rays: &[DifferenceRay]) -> Vec<serde_json::Value> {
     let origin = Origin::of(&work.opened);
-    work.measured.rays.iter().zip(rays).map(|(named, ray)| to_json(ray, Some(&named.name), origin.as_ref())).collect()
+    let named = work.measured.rays.iter().zip(rays);
+    named.map(|(named, ray)| to_json(ray, Some((&named.name, named.color)), origin.as_ref())).collect()
 }
 
 /// Saves all landmarks in the form that the file's name asks for.

@@ -64,15 +64,16 @@ impl Tool {
 const COLORS: [[f32; 3]; 5] = [[1.0, 0.84, 0.31], [0.9, 0.62, 0.0], [0.34, 0.71, 0.91], [0.0, 0.62, 0.45], [0.84, 0.37, 0.0]];
 
 impl Measured {
-    /// What a session brought.
-    pub fn of(opened: &Opened) -> Self {
-        let mut measured = Self { landmarks: opened.landmarks.clone(), ..Self::default() };
-        for record in &opened.measurements {
-            if let Some(ray) = crate::record::ray_of(record) {
+    /// What a session brought, taken out of it.
+    pub fn of(opened: &mut Opened) -> Self {
+        let mut measured = Self { landmarks: std::mem::take(&mut opened.landmarks), ..Self::default() };
+        for record in std::mem::take(&mut opened.measurements) {
+            if let Some(ray) = crate::record::ray_of(&record) {
                 measured.add_ray(ray);
-                if let (Some(name), Some(last)) = (record.get("name").and_then(|n| n.as_str()), measured.rays.last_mut()) {
-                    last.name = name.to_owned();
-                }
+                let Some(last) = measured.rays.last_mut() else { continue };
+                let of = |key: &str| record.get(key).and_then(|v| v.as_str());
+                last.name = of("name").map_or(last.name.clone(), str::to_owned);
+                last.color = of("color").and_then(Color::from_hex).unwrap_or(last.color);
             }
         }
         measured
@@ -110,8 +111,10 @@ pub fn picked(work: &Work, ray: &Ray) -> Result<Option<(Surface, WorldPoint)>, S
     Ok(nearest.map(|(t_mm, surface)| (surface, ray.at(t_mm))))
 }
 
-/// A normal ray begins so far before the surface, mm: its first bone is the one that was clicked.
+/// A normal ray begins so far before the surface, mm, or halfway to the bone before it: its first bone is the one that was clicked.
 const BEFORE_MM: f64 = 2.0;
+/// What lies before a surface is looked for from so far outside, in voxels: not at the surface itself.
+const START_VOXEL: f64 = 0.1;
 
 /// The ray straight into a surface at a point of it.
 pub fn normal_ray(surface: &Surface, point: WorldPoint) -> Option<Ray> {
@@ -120,7 +123,13 @@ pub fn normal_ray(surface: &Surface, point: WorldPoint) -> Option<Ray> {
     let half_wall_mm = across(surface, point.0, smooth).map_or(f64::INFINITY, |wall| 0.5 * wall.there_mm);
     let edge = Edge::at(surface, point.0, smooth, half_wall_mm, f64::INFINITY);
     let normal = edge.map_or(smooth, |edge| edge.normal);
-    Ray::new(WorldPoint(point.0 + BEFORE_MM * normal), -normal)
+    // What lies before the surface, and is nearer than that, is not in the ray.
+    let before_mm = reference::first_entry(
+        surface,
+        &Ray::new(WorldPoint(point.0 + START_VOXEL * surface.grid.spacing_mm().min_element() * normal), normal)?,
+    )
+    .map_or(BEFORE_MM, |other| BEFORE_MM.min(0.5 * other.t_mm));
+    Ray::new(WorldPoint(point.0 + before_mm * normal), -normal)
 }
 
 /// A picked point brought onto the surface to float64 precision, whatever the way it was picked.

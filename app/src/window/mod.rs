@@ -180,8 +180,12 @@ impl Workstation {
             self.work.opened.add(opened);
             return;
         }
-        let measured = Measured::of(&opened);
+        let mut opened = opened;
+        let measured = Measured::of(&mut opened);
         self.work = Work { opened, measured };
+        // What was found in other scans is not found in these.
+        self.found.clear();
+        self.view.forget_first_point();
         // Undo does not lead back into scans that were closed, so that their memory is free.
         self.history = History::new(&self.work);
     }
@@ -244,7 +248,7 @@ impl Workstation {
             Command::Undo => self.history.undo(&mut self.work),
             Command::Redo => self.history.redo(&mut self.work),
             Command::ClearRay => self.work.measured.remove_ray(),
-            Command::Take(tool) => self.view.tool = tool,
+            Command::Take(tool) => self.view.take_tool(tool),
             Command::Chart => self.chart.open = !self.chart.open,
             Command::Exact => self.work.opened.scene.solver = Solver::Exact,
             Command::Look(side) => navigate::look_from(camera, &bounds, side),
@@ -319,7 +323,9 @@ impl eframe::App for Workstation {
                     ui.weak("A click:");
                     for tool in Tool::ALL {
                         let [name, what] = tool.text();
-                        ui.selectable_value(&mut self.view.tool, tool, name).on_hover_text(what);
+                        if ui.selectable_label(self.view.tool() == tool, name).on_hover_text(what).clicked() {
+                            self.view.take_tool(tool);
+                        }
                     }
                 });
             }

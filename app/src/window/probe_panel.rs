@@ -196,7 +196,7 @@ fn segments(ui: &mut Ui, volume: &VolumeRecord, color: Color32, hovered_mm: &mut
         for head in ["bone", "from mm", "to mm", "length mm"] {
             right(ui, RichText::new(head).weak());
         }
-        ui.weak("± mm").on_hover_text("95 of 100 true lengths lie within this of the length; point at a number to see its parts");
+        ui.weak("± mm").on_hover_text("95 of 100 true lengths lie within this of the length, where the wall is not below the resolution; point at a number to see its parts");
         ui.weak("half-max").on_hover_text("Length between the places where the value is halfway between bone and what lies beside it, mm");
         ui.weak("oblique").on_hover_text("Angle between the ray and the bone's normal, the larger of both ends");
         ui.end_row();
@@ -218,6 +218,7 @@ fn segments(ui: &mut Ui, volume: &VolumeRecord, color: Color32, hovered_mm: &mut
             right(ui, RichText::new(s.half_maximum_mm.map_or("–".to_owned(), |mm| format!("{mm:.2}"))));
             right(ui, RichText::new(format!("{:.0}°", s.obliquity_deg[0].max(s.obliquity_deg[1]))));
             let flags = [
+                (s.from_origin, "begins inside", "The ray begins in this bone: it is longer than this"),
                 (s.clipped, "cut by edge", "It begins or ends at a face of the scan: the bone may go on"),
                 (s.below_resolution, "below resolution", "Thinner than the scan resolves: a threshold cannot measure it"),
             ];
@@ -232,8 +233,14 @@ fn segments(ui: &mut Ui, volume: &VolumeRecord, color: Color32, hovered_mm: &mut
 /// What a length's uncertainty consists of.
 fn parts(u: &Uncertainty, tolerance: f64, unit: &str) -> String {
     format!(
-        "isovalue ± {tolerance:.1}{unit}: {:.3} mm\nnoise: {:.3} mm\nbetween samples: {:.3} mm\nregistration: {:.3} mm\nroots: {:.1e} mm\n(as squares) and blur: {:.3} mm\ntogether: {:.3} mm",
-        u.threshold_error_mm, u.noise_error_mm, u.sampling_error_mm, u.registration_error_mm, u.root_error_mm, u.blur_error_mm, u.error_mm
+        "isovalue ± {tolerance:.1}{unit}: {:.3} mm\nnoise: {:.3} mm\nbetween samples: {:.3} mm\nregistration: {}\nroots: {:.1e} mm\n(as squares) and blur: {:.3} mm\ntogether: {:.3} mm",
+        u.threshold_error_mm,
+        u.noise_error_mm,
+        u.sampling_error_mm,
+        u.registration_error_mm.map_or("not known".to_owned(), |mm| format!("{mm:.3} mm")),
+        u.root_error_mm,
+        u.blur_error_mm,
+        u.error_mm
     )
 }
 

@@ -20,7 +20,7 @@ pub struct View {
     /// Its place on the screen, in points.
     pub rect: Option<Rect>,
     /// What a click does.
-    pub tool: Tool,
+    tool: Tool,
     /// The first of two clicked points.
     first_point: Option<bregma_volume::WorldPoint>,
     /// When the mouse last moved the view or a layer changed, in the window's seconds.
@@ -31,6 +31,22 @@ pub struct View {
 const REST_S: f64 = 0.2;
 
 impl View {
+    /// What a click does.
+    pub fn tool(&self) -> Tool {
+        self.tool
+    }
+
+    /// Chooses what a click does.
+    pub fn take_tool(&mut self, tool: Tool) {
+        self.tool = tool;
+        self.forget_first_point();
+    }
+
+    /// The next of two clicks is the first again.
+    pub fn forget_first_point(&mut self) {
+        self.first_point = None;
+    }
+
     /// Takes a new picture to the screen.
     pub fn take(&mut self, ctx: &egui::Context, mut painted: Painted) {
         // Exact pixels stand one to one on the screen; a preview is smoothed.

@@ -92,6 +92,9 @@ fn in_tar(
     Err(ReadError::Damaged(format!("as an InVesalius project, it holds no {name}")))
 }
 
+/// Dictionaries in dictionaries; InVesalius writes three.
+const DEEPEST: usize = 16;
+
 /// Texts and numbers by key, nested ones as `outer/inner`, those of a list in turn.
 fn plist(text: &str) -> Result<HashMap<String, Vec<String>>, ReadError> {
     let damaged = |e: &dyn std::fmt::Display| ReadError::Damaged(format!("its main.plist is no property list ({e})"));
@@ -103,6 +106,9 @@ fn plist(text: &str) -> Result<HashMap<String, Vec<String>>, ReadError> {
             Event::Start(start) => {
                 element = start.name().as_ref().to_vec();
                 if element == b"dict" {
+                    if outer.len() == DEEPEST {
+                        return Err(damaged(&"its dictionaries lie in each other without end"));
+                    }
                     outer.push(std::mem::take(&mut key));
                 }
             }

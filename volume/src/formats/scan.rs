@@ -72,6 +72,11 @@ pub struct Survey {
     pub warnings: Vec<String>,
 }
 
+/// `2nd sample`, `4th sample`.
+fn nth_sample(step: usize) -> String {
+    format!("{step}{} sample", if step == 2 { "nd" } else { "th" })
+}
+
 impl Scan {
     /// A scan whose samples are its values, and whose file says no more.
     pub(super) fn new(grid: Grid, encoding: Encoding, file_bytes: u64, storage: Storage) -> Self {
@@ -98,7 +103,7 @@ impl Scan {
     pub fn name(&self) -> String {
         match self.step {
             1 => self.name.clone(),
-            step => format!("{} (every {step}{} sample)", self.name, if step == 2 { "nd" } else { "th" }),
+            step => format!("{} (every {})", self.name, nth_sample(step)),
         }
     }
 
@@ -231,7 +236,7 @@ impl Scan {
     /// The sentence about a preview.
     fn label(&self) -> Option<String> {
         let step = self.step;
-        (step > 1).then(|| format!("this is a preview of every {step}th sample along each axis: what is finer is not in it"))
+        (step > 1).then(|| format!("this is a preview of every {} along each axis: what is finer is not in it", nth_sample(step)))
     }
 
     /// Passes the samples that are kept on, in order; gives warnings.

@@ -229,7 +229,7 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
     let mut decoder = open(directories[0], &unseen)?;
     let first = page(&mut decoder)?;
     let description = decoder.find_tag(Tag::ImageDescription).map_err(damaged)?;
-    let about = About::of(&description.and_then(|d| d.into_string().ok()).unwrap_or_default(), &mut decoder);
+    let about = About::of(&description.and_then(|d| d.into_string().ok()).unwrap_or_default(), &mut decoder)?;
     let contiguous = if directories.len() == 1 { contiguous(&mut decoder, &about, first, there)? } else { None };
     let page_bytes = first.dims.iter().map(|&n| n as u64).product::<u64>().saturating_mul(first.sample.bytes() as u64);
     let mut warnings = vec![];
@@ -321,17 +321,24 @@ const IMAGEJ: [&str; 17] = [
 ];
 
 impl About {
-    fn of<R: Read + Seek>(description: &str, decoder: &mut Decoder<R>) -> Self {
+    fn of<R: Read + Seek>(description: &str, decoder: &mut Decoder<R>) -> Result<Self, ReadError> {
         let mut about = Self { scale: (1.0, 0.0), ..Self::default() };
         if description.contains("<OME") {
+            for many in ["SizeC", "SizeT"] {
+                let stated = description.split_once(&format!("{many}=\"")).and_then(|(_, rest)| rest.split('"').next());
+                one_scan(many, stated.and_then(|n| n.trim().parse().ok()))?;
+            }
             about.spacing_mm = ome_spacing_mm(description);
-            return about;
+            return Ok(about);
         }
         if !description.starts_with("ImageJ=") {
-            return about;
+            return Ok(about);
         }
         let fields: HashMap<&str, &str> = description.lines().filter_map(|l| l.split_once('=')).collect();
         let number = |name: &str| fields.get(name).and_then(|v| v.trim().parse::<f64>().ok()).filter(|v| v.is_finite());
+        for many in ["channels", "frames"] {
+            one_scan(many, number(many))?;
+        }
         let mut per_unit = |tag| {
             let value = decoder.find_tag(tag).ok().flatten()?;
             let value = match value {
@@ -359,7 +366,7 @@ impl About {
         about.to_world = numbers.and_then(|n| n.try_into().ok()).map(|n: [f64; 12]| DAffine3::from_cols_array(&n));
         let own = |key: &str| IMAGEJ.contains(&key) || key == TO_WORLD;
         about.rest = fields.iter().filter(|(k, _)| !own(k)).map(|(k, v)| ((*k).to_owned(), (*v).to_owned())).collect();
-        about
+        Ok(about)
     }
 
     /// The grid, and whether its spacing is known.
@@ -374,6 +381,16 @@ impl About {
         warnings.push(NO_DIRECTIONS.into());
         let grid = Grid::new(dims, spacing_mm.unwrap_or(DVec3::ONE), DVec3::ZERO, DMat3::IDENTITY)?;
         Ok((grid, spacing_mm.is_some()))
+    }
+}
+
+/// Refuses what interleaves several scans in one stack of pages.
+fn one_scan(what: &str, count: Option<f64>) -> Result<(), ReadError> {
+    match count {
+        Some(n) if n > 1.0 => {
+            Err(ReadError::Unsupported(format!("it holds several scans in one stack ({what} {n}); split it, and open one")))
+        }
+        _ => Ok(()),
     }
 }
 
