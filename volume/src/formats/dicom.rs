@@ -176,6 +176,9 @@ fn series(path: &Path, hints: &Hints, progress: &Progress, warnings: &mut Vec<St
         warnings.push(format!("{name} cannot be read and is left out: {error}{more}"));
     }
     if let Some(uid) = own {
+        if let Some(number) = &hints.series {
+            return Err(ReadError::Unsupported(format!("it is one file, of one series; leave out #{number}, or name its folder")));
+        }
         return by_series.remove(&uid).ok_or(ReadError::NoImages);
     }
     let frames = |series: &[Header]| series.iter().filter(|h| h.pixels.is_some()).map(|h| h.frames() as u128).sum::<u128>();

@@ -129,7 +129,7 @@ fn directories<R: Read + Seek>(source: &mut R) -> Result<Vec<u64>, ReadError> {
     // Bytes of a count of entries, of an entry, and of an offset.
     let (count_bytes, entry_bytes, offset_bytes) = if is_big { (8, 20, 8) } else { (2, 12, 4) };
     let mut next = if is_big { number(&read(8, 8)?) } else { number(&head[4..8]) };
-    let (mut found, mut seen) = (vec![], HashSet::new());
+    let (mut found, mut seen, mut left) = (vec![], HashSet::new(), length);
     while next != 0 {
         if !seen.insert(next) {
             return Err(ReadError::Damaged("as TIFF, its pages lead in a circle".into()));
@@ -137,6 +137,8 @@ fn directories<R: Read + Seek>(source: &mut R) -> Result<Vec<u64>, ReadError> {
         found.push(next);
         let count = number(&read(next, count_bytes)?);
         let all = usize::try_from(count).ok().and_then(|n| n.checked_mul(entry_bytes)?.checked_add(offset_bytes)).ok_or_else(broken)?;
+        // Directories beside each other fit into the file together.
+        left = left.checked_sub(all as u64).ok_or_else(|| ReadError::Damaged("as TIFF, its directories lie over each other".into()))?;
         let entries = read(next + count_bytes as u64, all)?;
         for entry in entries[..all - offset_bytes].chunks(entry_bytes) {
             let size = match number(&entry[2..4]) {
@@ -426,5 +428,27 @@ fn ome_spacing_mm(xml: &str) -> Option<DVec3> {
             (size.is_finite() && size > 0.0).then_some(size * unit)
         };
         return Some(DVec3::new(mm("X")?, mm("Y")?, mm("Z")?));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Cursor;
+
+    #[test]
+    fn directories_that_lie_over_each_other_are_refused() {
+        // Fails if a file of some megabytes can ask for its directories to be read as often as it has bytes. The second begins in a value
+        // of the first, and both together are longer than the file.
+        let mut file = vec![0_u8; 600_000];
+        file[..8].copy_from_slice(b"II*\0\x08\0\0\0");
+        file[8..10].copy_from_slice(&40_000_u16.to_le_bytes());
+        file[102..104].copy_from_slice(&30_000_u16.to_le_bytes());
+        file[480_010..480_014].copy_from_slice(&102_u32.to_le_bytes());
+        let error = directories(&mut Cursor::new(&file)).unwrap_err().to_string();
+        assert!(error.contains("lie over each other"), "{error}");
+        // One alone is fine.
+        file[480_010..480_014].fill(0);
+        assert_eq!(directories(&mut Cursor::new(&file)).unwrap(), [8]);
     }
 }
