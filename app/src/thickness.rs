@@ -5,6 +5,7 @@ use crate::chart::plot::{FONT, fonts};
 use bregma_measure::mesh::Mesh;
 use bregma_measure::thickness::{Statistics, cell_at};
 use bregma_renderer::{Light, Picture, Scene, Surface};
+use fast_srgb8::{f32_to_srgb8, srgb8_to_f32};
 use plotters::prelude::*;
 use std::error::Error;
 
@@ -57,19 +58,9 @@ pub fn paint(picture: &mut Picture, scene: &Scene, surface: &Surface, mesh: &Mes
         let color = scale.color(value);
         for (channel, value) in picture.rgba[n].iter_mut().zip(color) {
             // Light that falls on white, on this colour.
-            *channel = to_srgb(to_linear(*channel) * to_linear(value));
+            *channel = f32_to_srgb8(srgb8_to_f32(*channel) * srgb8_to_f32(value));
         }
     }
-}
-
-fn to_linear(channel: u8) -> f64 {
-    let c = f64::from(channel) / 255.0;
-    if c <= 0.040_45 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
-}
-
-fn to_srgb(light: f64) -> u8 {
-    let c = if light <= 0.003_130_8 { 12.92 * light } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 };
-    (255.0 * c).round().clamp(0.0, 255.0) as u8
 }
 
 /// Width of the legend beside the picture.
