@@ -52,8 +52,23 @@ fn advance(pace: Pace, at: InBrick, place: ptr<function, Place>) -> bool {
     return !is_left;
 }
 
-// The first entry within the cell; where there is none, the place is the next cell.
-fn solve(pace: Pace, at: InBrick, place: ptr<function, Place>) -> Hit {
+// A ray on its way through a cell.
+struct Crossing {
+    // By its lowest sample.
+    cell: vec3<i32>,
+    // Corner values.
+    lower: vec4<f32>,
+    upper: vec4<f32>,
+    // Where the ray enters and leaves it, in [0, 1]³, and at which depths.
+    start: vec3<f32>,
+    end: vec3<f32>,
+    s: vec2<f32>,
+    // It is the first in its brick.
+    is_first: bool,
+}
+
+// The way through the cell at hand, which is read and left for the next.
+fn cross_cell(pace: Pace, at: InBrick, place: ptr<function, Place>) -> Crossing {
     let cell = (*place).cell;
     let t = (*place).t;
     let entry = (*place).entry;
@@ -64,17 +79,26 @@ fn solve(pace: Pace, at: InBrick, place: ptr<function, Place>) -> Hit {
     let is_first = !any(entry);
     let p = select(point(pace, at, t, cell, entry, select(cell + 1, cell, pace.forward)), at.p, vec3<bool>(is_first));
     let q = point(pace, at, exit.t, cell, exit.axis, select(cell, cell + 1, pace.forward));
-    let start = p - vec3<f32>(cell);
-    let end = q - vec3<f32>(cell);
-    let u = first_entry(lower, upper, start, end);
+    let next = select(cell, cell + select(vec3<i32>(-1), vec3<i32>(1), pace.forward), exit.axis);
+    *place = Place(next, exit.t, exit.axis, has_left(at, next, exit.t));
+    // Where the line begins is the same number for all volumes: cuts of several meet there.
+    let s = vec2<f32>(select(at.s + t, at.begin, is_first && !any(at.entry)), at.s + exit.t);
+    return Crossing(at.corner + cell, lower, upper, p - vec3<f32>(cell), q - vec3<f32>(cell), s, is_first);
+}
+
+// The first entry within the cell; where there is none, the place is the next cell.
+fn solve(pace: Pace, at: InBrick, place: ptr<function, Place>) -> Hit {
+    let t = (*place).t;
+    let way = cross_cell(pace, at, place);
+    let u = first_entry(way.lower, way.upper, way.start, way.end);
     var met = select(MISSED, MET_ISOSURFACE, u >= 0.0);
-    if u == 0.0 && is_first {
+    if u == 0.0 && way.is_first {
         met = met_at_entry(pace, at);
     }
     let face = select(vec3<f32>(0.0), -sign(pace.direction), at.entry);
-    let next = select(cell, cell + select(vec3<i32>(-1), vec3<i32>(1), pace.forward), exit.axis);
-    *place = Place(next, exit.t, exit.axis, has_left(at, next, exit.t));
-    return Hit(at.s + t + u * (exit.t - t), at.corner + cell, start * (1.0 - u) + end * u, met, face);
+    // The place is behind the cell now.
+    let s = select(at.s + t + u * ((*place).t - t), at.begin, met == MET_START);
+    return Hit(s, way.cell, way.start * (1.0 - u) + way.end * u, met, face);
 }
 
 // Where the ray is at t, on the face of a cell across `axis`.

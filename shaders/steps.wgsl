@@ -20,11 +20,11 @@ fn step_length(pace: Pace) -> f32 {
 
 fn first_place(pace: Pace, at: InBrick) -> Place {
     let step = step_length(pace);
-    // The last sample before the brick, but not before the box or the eye, where the first sample is taken.
+    // The last sample before the brick, but not before the box or the line's start, where the first sample is taken.
     let n = floor((at.s + at.t) / step);
     var t = n * step - at.s;
     var p = at.origin + t * pace.direction;
-    if met_at_entry(pace, at) != MET_ISOSURFACE || n * step < 0.0 {
+    if met_at_entry(pace, at) != MET_ISOSURFACE || n * step < at.begin {
         t = at.t;
         p = at.p;
     }

@@ -4,6 +4,9 @@
 struct TraceParams {
     origin: PixelAffine,
     direction: PixelAffine,
+    // The same rays in the world.
+    world_origin: PixelAffine,
+    world_direction: PixelAffine,
     // Index-space normals to the world.
     normal_to_world: mat3x3<f32>,
     dims: vec3<i32>,
@@ -29,6 +32,23 @@ struct TraceParams {
     passes: u32,
     // Blocks across and down that the light sees.
     light_blocks: vec2<u32>,
+    // How many records of `extras` are cuts.
+    cuts: u32,
+    // 1 where the interpolant's own gradient shades.
+    analytic_normals: u32,
+    // In the modes that go on behind a surface: how many levels there are, entries of the table of steps, and gradients with a factor.
+    levels: u32,
+    table: u32,
+    gradients: u32,
+    // Entries of that table for a sample unit.
+    table_per_unit: f32,
+    // 1-based number in the scene.
+    id: u32,
+    // 1 where surfaces have another colour from within.
+    has_inner: u32,
+    inner: vec3<f32>,
+    // Gradients in index space to the world, in sample units per mm.
+    gradient_to_world: mat3x3<f32>,
 }
 
 @group(0) @binding(0) var<storage, read> trace_params: TraceParams;
@@ -58,13 +78,18 @@ fn trace(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     }
     let pixel = block.pixel + pixel_in_block(n);
     let line = line_of(pixel);
-    let hit = first_hit(line, block.span.x, s_max);
+    let part = kept(world_line_of(pixel));
+    let hit = first_hit(line, part.begin, block.span.x, min(s_max, part.end));
     hits[params.pass_number * params.stride + index] =
-        vec4<f32>(world_normal(hit, line.direction.hi), select(hit.s, -1.0, hit.met == MISSED));
+        vec4<f32>(world_normal(hit, line.direction.hi, part), select(hit.s, -1.0, hit.met == MISSED));
 }
 
 fn line_of(pixel: vec2<u32>) -> Line {
     return Line(at_pixel(params.origin, pixel), at_pixel(params.direction, pixel));
+}
+
+fn world_line_of(pixel: vec2<u32>) -> Line {
+    return Line(at_pixel(params.world_origin, pixel), at_pixel(params.world_direction, pixel));
 }
 
 // Whether bone of this volume lies between what a pixel draws and the light.
@@ -74,7 +99,9 @@ fn shadow(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_ind
     let block = blocks[group.x];
     let index = group.x * BLOCK_PIXELS + n;
     var dark = select(shadows[index], 0u, params.pass_number == 0u);
-    let line = line_of(block.pixel + pixel_in_block(n));
+    let pixel = block.pixel + pixel_in_block(n);
+    let line = line_of(pixel);
+    let world_line = world_line_of(pixel);
     var drawn = nearest(index, NONE);
     var bit = FIRST_IS_DARK;
     while drawn != NONE {
@@ -83,8 +110,12 @@ fn shadow(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_ind
         let is_turned_away = dot(hit.xyz, params.toward_light) <= 0.0 && any(hit.xyz != vec3<f32>(0.0));
         if (dark & bit) == 0u && !is_turned_away {
             let seen = line_at(line, hit.w);
-            let start = two_sum(seen.hi, seen.lo + params.shadow_start * params.to_light.hi);
-            dark |= select(0u, bit, first_hit(Line(start, params.to_light), 0.0, until_light(seen.hi)).met != MISSED);
+            let lit = Line(two_sum(seen.hi, seen.lo + params.shadow_start * params.to_light.hi), params.to_light);
+            let seen_mm = line_at(world_line, hit.w);
+            let start_mm = two_sum(seen_mm.hi, seen_mm.lo + params.shadow_start * params.toward_light);
+            let part = kept(Line(start_mm, Double(params.toward_light, vec3<f32>(0.0))));
+            let s_max = min(until_light(seen.hi), part.end);
+            dark |= select(0u, bit, first_hit(lit, part.begin, 0.0, s_max).met != MISSED);
         }
         if bit == SECOND_IS_DARK || params.only_nearest == 1u {
             break;
@@ -102,14 +133,27 @@ fn until_light(p: vec3<f32>) -> f32 {
     return seen.z - light_spans[block.y * params.light_blocks.x + block.x];
 }
 
-fn world_normal(hit: Hit, direction: vec3<f32>) -> vec3<f32> {
-    var index = hit.face;
+fn world_normal(hit: Hit, direction: vec3<f32>, part: Kept) -> vec3<f32> {
     if hit.met == MET_ISOSURFACE {
-        index = -smooth_gradient(hit.cell, hit.local);
-    } else if hit.met != MET_FACE {
-        return vec3<f32>(0.0);
+        return toward_viewer(gradient_at(hit.cell, hit.local), direction);
     }
-    // Both sides of a surface are lit: the smooth normal may turn away where the surface does not.
+    if hit.met == MET_START && part.is_cut {
+        return part.normal;
+    }
+    // Against the ray; none where the viewer stands inside bone.
+    return toward_viewer(select(vec3<f32>(0.0), hit.face, hit.met == MET_FACE), direction);
+}
+
+// The gradient that shades, in index space.
+fn gradient_at(cell: vec3<i32>, local: vec3<f32>) -> vec3<f32> {
+    if params.analytic_normals == 1u {
+        return gradient(corners(cell), corners(cell + vec3<i32>(0, 0, 1)), local);
+    }
+    return smooth_gradient(cell, local);
+}
+
+// A normal of index space in the world, turned toward the viewer, who looks along `direction` of index space; unit, or zero as it is.
+fn toward_viewer(index: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
     let world = params.normal_to_world * select(index, -index, dot(index, direction) > 0.0);
     let size = length(world);
     if size > 0.0 {

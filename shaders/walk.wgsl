@@ -16,7 +16,7 @@ const FAR: f32 = 1e30;
 const MISSED: u32 = 0u;
 const MET_ISOSURFACE: u32 = 1u;
 const MET_FACE: u32 = 2u;
-const MET_EYE: u32 = 3u;
+const MET_START: u32 = 3u;
 
 struct Hit {
     s: f32,
@@ -77,68 +77,115 @@ fn brick_of(p: Double) -> vec3<i32> {
     return vec3<i32>(guess) - below + above;
 }
 
-// The first entry into the bone along the line for s >= 0 within a span, before which there is none, or at s = 0 or the box's face where
-// that is inside.
-fn first_hit(line: Line, s_min: f32, s_max: f32) -> Hit {
-    let pace = pace_of(line.direction.hi);
-    let bricks = params.bricks;
-    let span = clip_to_box(line, pace, s_min, s_max);
-    if span.x > span.y {
-        return missed();
-    }
-    var s = span.x;
-    var p = line_at(line, s);
-    var brick = clamp(brick_of(p), vec3<i32>(0), bricks - 1);
-    var distance = 0;
-    var at: InBrick;
-    var place: Place;
+// A ray on its way from place to place where something must be solved.
+struct Walk {
+    line: Line,
+    pace: Pace,
+    // Where the line begins: at the eye, a hit, or a cut.
+    begin: f32,
+    // After here nothing is asked for, and where the ray leaves the box or that.
+    s_max: f32,
+    s_out: f32,
+    // At or near the entry of the brick.
+    s: f32,
+    p: Double,
+    brick: vec3<i32>,
+    distance: i32,
     // Whether the brick is yet to be entered.
-    var is_new = true;
-    var hit = missed();
+    is_new: bool,
+    at: InBrick,
+    place: Place,
+}
+
+// A ray at the start of its way, for s from `begin` on within a span, before which there is nothing; `s` is behind `s_out` where it has none.
+fn begin_walk(line: Line, begin: f32, s_min: f32, s_max: f32) -> Walk {
+    var walk: Walk;
+    walk.line = line;
+    walk.pace = pace_of(line.direction.hi);
+    let span = clip_to_box(line, walk.pace, max(begin, s_min), s_max);
+    walk.begin = begin;
+    walk.s_max = s_max;
+    walk.s_out = span.y;
+    walk.s = span.x;
+    walk.p = line_at(line, span.x);
+    walk.brick = clamp(brick_of(walk.p), vec3<i32>(0), params.bricks - 1);
+    walk.is_new = true;
+    return walk;
+}
+
+// On to the next place where something must be solved, be it bricks away; false where there is none.
+fn arrive(state: ptr<function, Walk>) -> bool {
+    let line = (*state).line;
+    let pace = (*state).pace;
+    let bricks = params.bricks;
+    var s = (*state).s;
+    var p = (*state).p;
+    var brick = (*state).brick;
+    var distance = (*state).distance;
+    var is_new = (*state).is_new;
+    var at = (*state).at;
+    var place = (*state).place;
+    var is_there = false;
+    // All rays of a subgroup first come to a place where they have to solve, and then solve together. A branch costs as much for one of
+    // them as for all.
     loop {
-        // All rays of a subgroup first come to a place where they have to solve, be it bricks away, and then solve together. A branch
-        // costs as much for one of them as for all.
-        var is_past = false;
-        loop {
-            var is_within = true;
-            if is_new {
-                let known = textureLoad(map, brick).rg;
-                distance = i32(known.x & 0xffu);
-                at = enter_brick(pace, brick, known.x >> 8u, known.y, s, p, s_max);
-                is_within = distance == 0 && at.t < at.t_out;
-                if is_within {
-                    place = first_place(pace, at);
-                }
-            }
+        var is_within = true;
+        if is_new {
+            let known = textureLoad(map, brick).rg;
+            distance = i32(known.x & 0xffu);
+            at = enter_brick(pace, brick, known.x >> 8u, known.y, s, p, (*state).begin, (*state).s_max);
+            is_within = distance == 0 && at.t < at.t_out;
             if is_within {
-                is_within = advance(pace, at, &place);
-            }
-            is_new = !is_within;
-            if is_within {
-                break;
-            }
-            // Leave the block of bricks that are known to be empty, or this brick alone.
-            let reach = max(distance, 1) - 1;
-            let low = brick - reach;
-            let high = brick + reach;
-            let planes = select(low, high + 1, pace.forward) * BRICK;
-            let s_planes = to_planes(pace, vec3<f32>(planes), line.origin.hi, FAR);
-            let s_exit = least(s_planes);
-            let axis = axis_of(s_planes, s_exit);
-            s = max(s, s_exit);
-            p = line_at(line, s);
-            // A ray never turns back: other axes stay between this brick and the block's far side.
-            let stay = clamp(brick_of(p), select(low, brick, pace.forward), select(brick, high, pace.forward));
-            brick = select(clamp(stay, vec3<i32>(0), bricks - 1), select(low - 1, high + 1, pace.forward), axis);
-            is_past = s_exit >= span.y || any(brick < vec3<i32>(0)) || any(brick >= bricks);
-            if is_past {
-                break;
+                place = first_place(pace, at);
             }
         }
-        if is_past {
+        if is_within {
+            is_within = advance(pace, at, &place);
+        }
+        is_new = !is_within;
+        if is_within {
+            is_there = true;
             break;
         }
-        hit = solve(pace, at, &place);
+        // Leave the block of bricks that are known to be empty, or this brick alone.
+        let reach = max(distance, 1) - 1;
+        let low = brick - reach;
+        let high = brick + reach;
+        let planes = select(low, high + 1, pace.forward) * BRICK;
+        let s_planes = to_planes(pace, vec3<f32>(planes), line.origin.hi, FAR);
+        let s_exit = least(s_planes);
+        let axis = axis_of(s_planes, s_exit);
+        s = max(s, s_exit);
+        p = line_at(line, s);
+        // A ray never turns back: other axes stay between this brick and the block's far side.
+        let stay = clamp(brick_of(p), select(low, brick, pace.forward), select(brick, high, pace.forward));
+        brick = select(clamp(stay, vec3<i32>(0), bricks - 1), select(low - 1, high + 1, pace.forward), axis);
+        if s_exit >= (*state).s_out || any(brick < vec3<i32>(0)) || any(brick >= bricks) {
+            break;
+        }
+    }
+    (*state).s = s;
+    (*state).p = p;
+    (*state).brick = brick;
+    (*state).distance = distance;
+    (*state).is_new = is_new;
+    (*state).at = at;
+    (*state).place = place;
+    return is_there;
+}
+
+// The first entry into the bone along the line for s >= begin within a span, before which there is none, or where the line begins, or at the
+// box's face, where that is inside.
+fn first_hit(line: Line, begin: f32, s_min: f32, s_max: f32) -> Hit {
+    var walk = begin_walk(line, begin, s_min, s_max);
+    var hit = missed();
+    if walk.s > walk.s_out {
+        return hit;
+    }
+    while arrive(&walk) {
+        var place = walk.place;
+        hit = solve(walk.pace, walk.at, &place);
+        walk.place = place;
         if hit.met != MISSED {
             break;
         }
@@ -158,7 +205,7 @@ fn clip_to_box(line: Line, pace: Pace, s_min: f32, s_max: f32) -> vec2<f32> {
     }
     let near = select(last, vec3<f32>(0.0), pace.forward);
     let far = select(vec3<f32>(0.0), last, pace.forward);
-    let s_in = max(max(s_min, 0.0), greatest(to_planes(pace, near, origin, 0.0)));
+    let s_in = max(s_min, greatest(to_planes(pace, near, origin, 0.0)));
     let s_out = min(s_max, least(to_planes(pace, far, origin, FAR)));
     return vec2<f32>(s_in, s_out);
 }
@@ -176,6 +223,8 @@ struct InBrick {
     s: f32,
     // Position where t is 0.
     origin: vec3<f32>,
+    // Where the line begins; in s.
+    begin: f32,
     // Where the ray enters and leaves it.
     t: f32,
     t_out: f32,
@@ -200,29 +249,30 @@ fn may_hold(at: InBrick, cell: vec3<i32>) -> bool {
 
 // Where the ray enters the box of `cells` that can hold the surface, in a brick at or near whose entry it is at `position` at s; it misses
 // them when t is not below t_out.
-fn enter_brick(pace: Pace, brick: vec3<i32>, slot: u32, cells: u32, s: f32, position: Double, s_max: f32) -> InBrick {
+fn enter_brick(pace: Pace, brick: vec3<i32>, slot: u32, cells: u32, s: f32, position: Double, begin: f32, s_max: f32) -> InBrick {
     let mask = vec2<i32>(vec2<u32>(slot % MASKS_ACROSS * 16u, slot / MASKS_ACROSS));
     let corner = brick * BRICK;
     let first = vec3<i32>((vec3<u32>(cells) >> vec3<u32>(0u, 4u, 8u)) & vec3<u32>(15u));
     let end = vec3<i32>((vec3<u32>(cells) >> vec3<u32>(12u, 16u, 20u)) & vec3<u32>(15u));
     let origin = relative_to(position, vec3<f32>(corner));
-    // From here on t is relative to s: small numbers, small errors. Never before the eye.
+    // From here on t is relative to s: small numbers, small errors. Never before the line begins.
+    let t_begin = begin - s;
     let near = vec3<f32>(select(end, first, pace.forward));
     let far = vec3<f32>(select(first, end, pace.forward));
     let t_near = to_planes(pace, near, origin, -FAR);
     let t_entry = greatest(t_near);
-    let from_eye = t_entry <= -s;
-    let entry = axis_of(t_near, t_entry) & vec3<bool>(!from_eye);
-    let t = max(-s, t_entry);
+    let from_begin = t_entry <= t_begin;
+    let entry = axis_of(t_near, t_entry) & vec3<bool>(!from_begin);
+    let t = max(t_begin, t_entry);
     let t_out = least(to_planes(pace, far, origin, FAR));
     let p = select(clamp(origin + t * pace.direction, vec3<f32>(first), vec3<f32>(end)), near, entry);
-    return InBrick(mask, corner, first, end, s, origin, t, t_out, min(t_out, s_max - s), p, entry);
+    return InBrick(mask, corner, first, end, s, origin, begin, t, t_out, min(t_out, s_max - s), p, entry);
 }
 
 // What a ray meets that is inside where it enters a brick.
 fn met_at_entry(pace: Pace, at: InBrick) -> u32 {
     if !any(at.entry) {
-        return MET_EYE;
+        return MET_START;
     }
     let outermost = select(params.dims - 1, vec3<i32>(0), pace.forward);
     return select(MET_ISOSURFACE, MET_FACE, any(at.entry & (at.corner + vec3<i32>(at.p) == outermost)));

@@ -1,6 +1,7 @@
 //! The command line: what is agreed in `bregma --help`, parsed.
 
 use crate::input::Source;
+use crate::look::LookArgs;
 use bregma_renderer::{Color, Mode, Solver};
 use bregma_volume::formats::{RawLayout, Reduce, Uneven};
 use clap::{Arg, ArgAction, ArgMatches, Args, Command as ClapCommand, FromArgMatches, Parser, Subcommand, ValueEnum};
@@ -157,15 +158,9 @@ pub struct RenderArgs {
     /// How roots are found: exact [default], linear, neubauer[:2|3|4], marmitt[:2|3|4], analytic, step:1|0.5|0.25|0.125, filter (GPU)
     #[arg(long, value_name = "NAME", value_parser = solver)]
     pub solver: Option<Solver>,
-    /// Surfaces keep the light from each other
-    #[arg(long)]
-    pub shadows: bool,
-    /// Opacity of a surface that overlay draws transparent: once for all, or once for each volume
-    #[arg(long, value_name = "V", value_parser = number, value_delimiter = ',')]
-    pub opacity: Vec<f64>,
-    /// Surface colour RRGGBB: once for all, or once for each volume
-    #[arg(long, value_name = "HEX", value_parser = color, value_delimiter = ',')]
-    pub color: Vec<Color>,
+    /// How the scene looks.
+    #[command(flatten)]
+    pub look: LookArgs,
     /// RRGGBB or transparent
     #[arg(long, value_name = "HEX", value_parser = background)]
     pub background: Option<Background>,
@@ -178,6 +173,9 @@ pub struct RenderArgs {
     /// Number of the volume that is drawn in each pixel, from 1: NPY uint8, 0 where none
     #[arg(long, value_name = "P.npy")]
     pub volume_id: Option<PathBuf>,
+    /// What max, mean or xray computes in each pixel: NPY float32, NaN where none
+    #[arg(long, value_name = "P.npy")]
+    pub values: Option<PathBuf>,
 }
 
 /// The camera, LPS mm.
@@ -326,9 +324,9 @@ pub struct BenchArgs {
     /// Pixels along each side
     #[arg(long, value_name = "N", default_value_t = 512, value_parser = clap::value_parser!(u32).range(1..=16384))]
     pub size: u32,
-    /// Surfaces keep the light from each other
-    #[arg(long)]
-    pub shadows: bool,
+    /// How the scene looks.
+    #[command(flatten)]
+    pub look: LookArgs,
     /// Frames of the orbit
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub frames: u32,
@@ -375,6 +373,14 @@ pub enum ModeName {
     Iso,
     /// The near skull transparent over the other.
     Overlay,
+    /// Direct volume rendering by a transfer function.
+    Dvr,
+    /// The largest value along the ray.
+    Max,
+    /// The mean of the values along the ray.
+    Mean,
+    /// The integral of the values along the ray.
+    Xray,
 }
 
 impl From<ModeName> for Mode {
@@ -382,6 +388,10 @@ impl From<ModeName> for Mode {
         match name {
             ModeName::Iso => Self::Iso,
             ModeName::Overlay => Self::Overlay,
+            ModeName::Dvr => Self::Dvr,
+            ModeName::Max => Self::Max,
+            ModeName::Mean => Self::Mean,
+            ModeName::Xray => Self::Xray,
         }
     }
 }
@@ -476,19 +486,24 @@ pub fn usage(message: &str) -> clap::Error {
     clap::Error::raw(clap::error::ErrorKind::ValueValidation, format!("{message}\n"))
 }
 
-fn number(text: &str) -> Result<f64, String> {
+pub(crate) fn number(text: &str) -> Result<f64, String> {
     text.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| "not a number".into())
 }
 
-fn positive(text: &str) -> Result<f64, String> {
+pub(crate) fn positive(text: &str) -> Result<f64, String> {
     number(text).ok().filter(|&v| v > 0.0).ok_or_else(|| "not a positive number".into())
+}
+
+/// A number from 0 to 1.
+pub(crate) fn share(text: &str) -> Result<f64, String> {
+    number(text).ok().filter(|v| (0.0..=1.0).contains(v)).ok_or_else(|| "not a number from 0 to 1".into())
 }
 
 fn field_of_view(text: &str) -> Result<f64, String> {
     number(text).ok().filter(|&v| v > 0.0 && v < 180.0).ok_or_else(|| "not an angle between 0 and 180 degrees".into())
 }
 
-fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
+pub(crate) fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
     let parts: Result<Vec<f64>, String> = text.split(',').map(|t| number(t.trim())).collect();
     parts.ok().and_then(|p| p.try_into().ok()).ok_or_else(|| format!("not {N} numbers with commas between them"))
 }
@@ -536,7 +551,7 @@ fn solver(text: &str) -> Result<Solver, String> {
     text.parse()
 }
 
-fn color(text: &str) -> Result<Color, String> {
+pub(crate) fn color(text: &str) -> Result<Color, String> {
     Color::from_hex(text).ok_or_else(|| "not a colour such as ead7b0".into())
 }
 

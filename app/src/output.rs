@@ -66,6 +66,12 @@ pub fn write_depth(file: &Path, picture: &Picture) -> Result<(), OutputError> {
     write_npy(file, "<f4", picture.width, picture.height, &bytes)
 }
 
+/// Writes what a projection computed: float32, NaN where a ray meets no volume.
+pub fn write_values(file: &Path, picture: &Picture) -> Result<(), OutputError> {
+    let bytes: Vec<u8> = picture.values.iter().flat_map(|v| v.to_le_bytes()).collect();
+    write_npy(file, "<f4", picture.width, picture.height, &bytes)
+}
+
 /// Writes the volume numbers of a picture: uint8, 0 where nothing is hit.
 pub fn write_volume_id(file: &Path, picture: &Picture) -> Result<(), OutputError> {
     write_npy(file, "|u1", picture.width, picture.height, &picture.volume_id)

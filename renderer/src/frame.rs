@@ -2,12 +2,13 @@
 
 use crate::camera::PixelRays;
 use crate::cell_masks::CellMasks;
+use crate::clip::Region;
 use crate::light_spans::LightSpans;
 use crate::occupancy::DistanceMap;
-use crate::scene::{Mode, Scene, Surface};
+use crate::scene::{Color, Integrator, Mode, Scene, Shell, Surface, Window};
 use crate::spans::Spans;
 use crate::{InstructionSet, RenderError};
-use bregma_volume::Volume;
+use bregma_volume::{Unit, Volume};
 use glam::{DVec3, Mat3, Vec3, Vec4};
 use std::sync::Arc;
 
@@ -31,6 +32,8 @@ pub(crate) struct FrameLayer {
     pub rays: PixelRays,
     /// Index-space normals to world: inverse transpose, scaled so that float32 holds it.
     pub normal_to_world: Mat3,
+    /// Gradients in index space to the world, in sample units per mm.
+    pub gradient_to_world: Mat3,
     /// Linear colour.
     pub color: Vec3,
     pub opacity: f32,
@@ -38,6 +41,60 @@ pub(crate) struct FrameLayer {
     pub to_light: DVec3,
     /// Where it can cast shadows from; of nothing in a scene without.
     pub light_spans: LightSpans,
+    /// What cuts leave of it.
+    pub region: Region,
+    /// Where something changes as values grow: its isovalues, or its transfer function's points; ascending, relative to `level` and
+    /// positive inside. None where the mode takes only one surface, or a projection.
+    pub levels: Vec<f32>,
+    /// For each level the linear colour, and the opacity of an isosurface or a transfer function's extinction per mm.
+    pub paints: Vec<Vec4>,
+    /// Linear colour of surfaces seen from within.
+    pub inner: Option<Vec3>,
+    /// For direct volume rendering in steps.
+    pub steps: StepTable,
+    /// The factor of opacities at magnitudes of the gradient, in sample units per mm; empty where there is none.
+    pub gradient_factors: Vec<[f32; 2]>,
+    /// What cuts show of it as grey.
+    pub window: Window,
+    /// The value of air, which an X-ray does not show.
+    pub air: f64,
+    /// What a sample unit is in values, and the value at `level`; what is relative to the level grows with the value.
+    pub value_scale: f64,
+    pub value_at_level: f64,
+}
+
+/// Linear colours, and opacities of a step, for evenly spaced values.
+#[derive(Debug, Default)]
+pub(crate) struct StepTable {
+    /// From the level on.
+    pub entries: Vec<Vec4>,
+    /// Entries for a sample unit.
+    pub per_unit: f32,
+}
+
+/// Entries of a step table: more than a display's brightnesses for each of a hospital scan's values where bone begins.
+const STEP_TABLE: usize = 4096;
+
+impl StepTable {
+    /// Of control points at `levels` with `paints`, up to a value `highest`, for steps of `step_mm`.
+    fn new(levels: &[f32], paints: &[Vec4], highest: f32, step_mm: f32) -> Self {
+        let per_unit = (STEP_TABLE - 1) as f32 / highest.max(f32::MIN_POSITIVE);
+        let entry = |n: usize| {
+            let paint = paint_at(levels, paints, n as f32 / per_unit);
+            paint.truncate().extend(-(-paint.w * step_mm).exp_m1())
+        };
+        Self { entries: (0..STEP_TABLE).map(entry).collect(), per_unit }
+    }
+}
+
+/// What lies between the paints of the levels around a value.
+fn paint_at(levels: &[f32], paints: &[Vec4], value: f32) -> Vec4 {
+    let above = levels.partition_point(|l| *l <= value);
+    match (above.checked_sub(1), levels.get(above)) {
+        (Some(a), Some(b)) => paints[a].lerp(paints[above], (value - levels[a]) / (b - levels[a])),
+        (Some(a), None) => paints[a],
+        (None, _) => paints.first().copied().unwrap_or_default(),
+    }
 }
 
 /// A scene worked out for one picture.
@@ -46,6 +103,8 @@ pub(crate) struct Frame {
     pub layers: Vec<FrameLayer>,
     /// The pixel rays in the world, s = 0 at the eye.
     pub world_rays: PixelRays,
+    /// The same, with s = 0 at the base plane.
+    pub based_rays: PixelRays,
     /// Depth of the base plane before the eye: just before the nearest box, so that s stays small where surfaces are.
     pub base_mm: f64,
     /// Unit, in the world.
@@ -56,6 +115,10 @@ pub(crate) struct Frame {
     pub background: Vec4,
     /// Only the nearest hit of all layers is drawn.
     pub only_nearest: bool,
+    /// What the depth cue takes from a colour for each mm of depth behind the base plane.
+    pub cue_per_mm: f32,
+    /// Length of a step of direct volume rendering.
+    pub step_mm: f32,
 }
 
 impl Frame {
@@ -64,7 +127,7 @@ impl Frame {
             return Err(RenderError::NoPixels { width, height });
         }
         let world_rays = scene.camera.pixel_rays(width, height);
-        let surfaces = scene.surfaces(volumes)?;
+        let surfaces = scene.hulls(volumes)?;
         let forward = scene.camera.basis().forward;
         let depths = surfaces.iter().flat_map(|(_, s)| s.grid.corners_mm()).map(|c| (c - scene.camera.eye_mm).dot(forward));
         let (near, far) = depths.fold((f64::INFINITY, 0.0_f64), |(near, far), d| (near.min(d), far.max(d)));
@@ -74,20 +137,39 @@ impl Frame {
         let based = world_rays.rebased(base_mm);
         maps.keep_only(&surfaces);
         let toward_light = scene.toward_light();
+        let depth_mm = far - base_mm;
+        let cue_per_mm = if depth_mm > 0.0 { f64::from(scene.depth_cue.clamp(0.0, 1.0)) / depth_mm } else { 0.0 };
         let finest_mm = surfaces.iter().map(|(_, s)| s.grid.spacing_mm().min_element()).fold(f64::INFINITY, f64::min);
+        let per_voxel = if let Integrator::Steps { per_voxel, .. } = scene.integrator { f64::from(per_voxel) } else { 1.0 };
+        let step_mm = if finest_mm.is_finite() && per_voxel > 0.0 { finest_mm / per_voxel } else { 1.0 };
         let layer = |(index, surface): (usize, Surface)| {
             let to_index = surface.grid.world_to_index();
             let normals = to_index.matrix3.transpose();
             let largest = normals.to_cols_array().iter().fold(0.0_f64, |m, c| m.max(c.abs()));
             let (map, masks) = maps.get(&surface);
+            let region = Region::of(&scene.clips, index);
+            let begins_inside = !region.is_all();
+            let shown = Shown::of(scene, index, &surface, step_mm);
+            let slope = surface.volume.slope().abs();
             FrameLayer {
                 index,
                 level: surface.level as f32,
-                spans: Spans::of(&map, &masks, &surface.grid, &scene.camera, base_mm, width, height),
+                spans: Spans::of(&map, &masks, &surface.grid, &scene.camera, base_mm, [width, height], begins_inside),
+                region,
+                levels: shown.levels,
+                paints: shown.paints,
+                steps: shown.steps,
+                gradient_factors: shown.gradient_factors,
+                inner: scene.layers[index].inner_color.map(Color::linear),
+                window: scene.window.unwrap_or_else(|| default_window(&surface.volume)),
+                air: if surface.volume.unit() == Unit::Hounsfield { AIR_HU } else { surface.volume.range()[0] },
+                value_scale: slope,
+                value_at_level: surface.volume.value_of(f64::from(surface.level as f32)),
                 light_spans: if scene.shadows { LightSpans::of(&map, &masks, &surface.grid, toward_light) } else { LightSpans::default() },
                 map,
                 masks,
                 rays: based.mapped(&to_index),
+                gradient_to_world: normals.as_mat3(),
                 normal_to_world: (normals * (1.0 / largest)).as_mat3(),
                 color: scene.layers[index].color.linear(),
                 opacity: scene.layers[index].opacity.clamp(0.0, 1.0),
@@ -98,12 +180,59 @@ impl Frame {
         Ok(Self {
             layers: surfaces.into_iter().map(layer).collect(),
             world_rays,
+            based_rays: based,
             base_mm,
             toward_light: toward_light.as_vec3(),
             shadow_start_mm: if finest_mm.is_finite() { SHADOW_START_VOXEL * finest_mm } else { 0.0 },
             background: scene.background.map_or(Vec4::ZERO, |c| c.linear().extend(1.0)),
-            only_nearest: scene.mode == Mode::Iso,
+            only_nearest: scene.mode == Mode::Iso && !scene.transparent,
+            cue_per_mm: cue_per_mm as f32,
+            step_mm: step_mm as f32,
         })
+    }
+}
+
+/// By the definition of the unit.
+const AIR_HU: f64 = -1000.0;
+
+/// Hospital scans open at a bone window; others at all they hold.
+fn default_window(volume: &Volume) -> Window {
+    if volume.unit() == Unit::Hounsfield { Window { width: 1000.0, level: 400.0 } } else { Window::between(volume.range()) }
+}
+
+/// How a mode that goes on behind the first surface shows a layer.
+#[derive(Default)]
+struct Shown {
+    levels: Vec<f32>,
+    paints: Vec<Vec4>,
+    steps: StepTable,
+    gradient_factors: Vec<[f32; 2]>,
+}
+
+impl Shown {
+    fn of(scene: &Scene, index: usize, surface: &Surface, step_mm: f64) -> Self {
+        let (layer, volume) = (&scene.layers[index], &surface.volume);
+        // Against the level as the rays know it.
+        let relative = |value: f64| (f64::from(surface.sign) * (volume.sample_of(value) - f64::from(surface.level as f32))) as f32;
+        if scene.is_transparent() {
+            let main = Shell { iso: layer.iso, color: layer.color, opacity: layer.opacity };
+            let mut shells: Vec<Shell> = layer.shells.iter().copied().chain([main]).collect();
+            shells.sort_by(|a, b| a.iso.total_cmp(&b.iso));
+            let paint = |s: &Shell| s.color.linear().extend(s.opacity.clamp(0.0, 1.0));
+            Self { levels: shells.iter().map(|s| relative(s.iso)).collect(), paints: shells.iter().map(paint).collect(), ..Self::default() }
+        } else if scene.mode == Mode::Dvr {
+            let controls = layer.controls(volume);
+            let levels: Vec<f32> = controls.iter().map(|c| relative(c.value)).collect();
+            let paints: Vec<Vec4> = controls.iter().map(|c| c.color.extend(c.extinction_per_mm as f32)).collect();
+            let highest = volume.range().map(relative).into_iter().fold(0.0, f32::max);
+            let steps = StepTable::new(&levels, &paints, highest, step_mm as f32);
+            let per_sample = 1.0 / volume.slope().abs();
+            let gradient = layer.transfer.iter().flat_map(|t| &t.gradient);
+            let gradient_factors = gradient.map(|g| [(g.per_mm * per_sample) as f32, g.factor as f32]).collect();
+            Self { levels, paints, steps, gradient_factors }
+        } else {
+            Self::default()
+        }
     }
 }
 

@@ -6,6 +6,7 @@
 pub mod accuracy;
 mod camera;
 mod cell_masks;
+mod clip;
 mod cpu;
 mod frame;
 #[cfg(feature = "gpu")]
@@ -18,15 +19,19 @@ mod roots;
 mod scene;
 mod spans;
 pub mod stability;
+mod tone;
+mod transfer;
 
 pub use camera::{Basis, Bounds, Camera, FOV_DEG, PixelAffine, PixelRays, Projection, Ray};
+pub use clip::{Clip, Shape};
 pub use cpu::CpuRenderer;
 pub use fearless_simd::Level as InstructionSet;
 #[cfg(feature = "gpu")]
 pub use gpu::{GpuError, GpuRenderer};
 pub use occupancy::DistanceMap;
 pub use roots::{PerVoxel, Solver, Steps};
-pub use scene::{BACKGROUND, Color, Layer, Light, Mode, Picture, Scene, Surface};
+pub use scene::{BACKGROUND, Color, CutFace, Integrator, Layer, Light, Mode, Normals, Picture, Scene, Shell, Surface, Window};
+pub use transfer::{Control, GradientPoint, Point, TransferFunction, Values, classify};
 
 use bregma_volume::{GridError, Volume};
 use serde::Serialize;

@@ -37,7 +37,7 @@ impl LightSpans {
             up: toward_light.any_orthonormal_vector(),
             projection: Projection::Orthographic { height_mm: f64::from(count) * block_mm },
         };
-        let spans = Spans::of(map, masks, grid, &camera, 0.0, count * BLOCK, count * BLOCK);
+        let spans = Spans::of(map, masks, grid, &camera, 0.0, [count * BLOCK; 2], false);
         let basis = camera.basis();
         let to_view = DMat3::from_cols(basis.right / block_mm, -basis.up / block_mm, basis.forward).transpose();
         // A pixel's middle has whole coordinates, and the picture's middle lies between pixels.

@@ -1,7 +1,9 @@
 //! What is drawn and how: one plain value that the window, the command line, sessions and tests share.
 
 use crate::camera::Camera;
+use crate::clip::Clip;
 use crate::roots::Solver;
+use crate::transfer::{Control, TransferFunction, lowest_visible};
 use bregma_volume::{Grid, GridError, Volume};
 use glam::{DAffine3, DVec3, Vec3};
 use serde::{Deserialize, Serialize};
@@ -16,6 +18,91 @@ pub enum Mode {
     Iso,
     /// The nearest first hit transparent, the next volume's first hit opaque behind it; a lone hit is opaque.
     Overlay,
+    /// Direct volume rendering: light that the whole volume sends and keeps, by its transfer function (Max 1995).
+    Dvr,
+    /// The largest value along the ray.
+    Max,
+    /// The mean of the values along the ray.
+    Mean,
+    /// The integral of the values along the ray, drawn by Beer's law.
+    Xray,
+}
+
+impl Mode {
+    /// Whether a picture is one number for each volume and pixel, before it is coloured.
+    pub fn is_projection(self) -> bool {
+        matches!(self, Self::Max | Self::Mean | Self::Xray)
+    }
+}
+
+/// How direct volume rendering integrates along a ray.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Integrator {
+    /// At points that lie evenly apart, each as if it were the middle of a layer of one colour and opacity.
+    Steps {
+        /// Points in a voxel's length, of the finest scan.
+        per_voxel: f32,
+        /// Whether the first point of each pixel lies somewhere within the first step: noise instead of rings.
+        jitter: bool,
+    },
+    /// Piece by piece between where the interpolant passes the transfer function's points and where it turns, to what float32 resolves
+    /// (Weiss and Westermann 2021).
+    Exact,
+}
+
+impl Default for Integrator {
+    fn default() -> Self {
+        Self::Steps { per_voxel: 2.0, jitter: true }
+    }
+}
+
+/// Which gradient of the samples stands for the surface's normal where it is shaded.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Normals {
+    /// Central differences at the samples, interpolated between them (Levoy 1988): the same at both sides of a cell's face.
+    #[default]
+    Smooth,
+    /// Of the interpolant itself: what the surface has, with an edge at each cell's face.
+    Analytic,
+}
+
+/// What a cut shows where it goes through a volume.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum CutFace {
+    /// The bone's section in its colour; nothing of what is not bone.
+    #[default]
+    Bone,
+    /// All values as grey, by the window and level.
+    Density,
+    /// Those of all volumes, each in its colour, added: white where cyan and magenta agree.
+    Blend,
+    /// The first volume's values less the second's, where both are: red where the first is denser, blue where the second is.
+    Difference,
+}
+
+/// Which values are black and which are white.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Window {
+    /// From black to white, in values.
+    pub width: f64,
+    /// The middle of it.
+    pub level: f64,
+}
+
+impl Window {
+    /// From black to white.
+    pub fn between([low, high]: [f64; 2]) -> Self {
+        Self { width: high - low, level: (low + high) / 2.0 }
+    }
+
+    /// The brightness of a value, 0 to 1.
+    pub fn brightness(self, value: f64) -> f64 {
+        // A window without width is a threshold.
+        if self.width > 0.0 { ((value - self.level) / self.width + 0.5).clamp(0.0, 1.0) } else { f64::from(u8::from(value >= self.level)) }
+    }
 }
 
 /// An sRGB colour, 0 to 1.
@@ -35,10 +122,42 @@ impl Color {
         self.0.map(|c| format!("{:02x}", (255.0 * c.clamp(0.0, 1.0)).round() as u8)).concat()
     }
 
+    /// The colour of light (linear RGB).
+    pub fn of_light(light: Vec3) -> Self {
+        let encoded = |c: f32| if c <= 0.003_130_8 { 12.92 * c } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 };
+        Self(light.to_array().map(|c| encoded(c.clamp(0.0, 1.0))))
+    }
+
     /// As light (linear RGB).
     pub(crate) fn linear(self) -> Vec3 {
         Vec3::from(self.0.map(|c| if c <= 0.040_45 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }))
     }
+}
+
+/// Colours as `rrggbb` in files.
+pub(crate) mod hex {
+    use super::Color;
+    use serde::{Deserialize, Deserializer, Serializer, de::Error};
+
+    pub fn serialize<S: Serializer>(color: &Color, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&color.hex())
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Color, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        Color::from_hex(&text).ok_or_else(|| D::Error::custom(format!("no colour RRGGBB: {text}")))
+    }
+}
+
+/// A further isosurface of a volume, where surfaces are transparent.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Shell {
+    /// Its isovalue, in the volume's values.
+    pub iso: f64,
+    /// Its colour.
+    pub color: Color,
+    /// Its opacity, 0 to 1.
+    pub opacity: f32,
 }
 
 /// How one volume is shown.
@@ -48,8 +167,17 @@ pub struct Layer {
     pub iso: f64,
     /// Colour of its surface.
     pub color: Color,
-    /// Opacity where [`Mode::Overlay`] draws it transparent.
+    /// Opacity where it is drawn transparent.
     pub opacity: f32,
+    /// Colour of its surface seen from within the bone, where surfaces are transparent; the same as outside when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub inner_color: Option<Color>,
+    /// Further isosurfaces, where surfaces are transparent.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub shells: Vec<Shell>,
+    /// How [`Mode::Dvr`] shows it; as bone when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub transfer: Option<TransferFunction>,
     /// Drawn or not.
     pub visible: bool,
     /// Registration: moves the volume in the world (mm to mm), after its own grid.
@@ -71,10 +199,20 @@ impl Layer {
             iso: volume.default_isovalue().0,
             color: Color(COLORS[color]),
             opacity: 0.45,
+            inner_color: None,
+            shells: vec![],
+            transfer: None,
             visible: true,
             transform: DAffine3::IDENTITY,
             residual_mm: None,
         }
+    }
+}
+
+impl Layer {
+    /// The control points of its transfer function for its volume.
+    pub fn controls(&self, volume: &Volume) -> Vec<Control> {
+        self.transfer.as_ref().unwrap_or(&TransferFunction::bone()).controls(volume, self.iso)
     }
 }
 
@@ -117,6 +255,30 @@ pub struct Scene {
     /// Whether visible surfaces, of any layer, keep the light from others: hard shadows.
     #[serde(default)]
     pub shadows: bool,
+    /// Whether surfaces of [`Mode::Iso`] let those behind show through, by their opacity: each crossing counts, until 0.95 is reached.
+    #[serde(default)]
+    pub transparent: bool,
+    /// How much of the background's colour what lies farthest away takes on, 0 to 1.
+    #[serde(default)]
+    pub depth_cue: f32,
+    /// What is cut away.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub clips: Vec<Clip>,
+    /// What cuts show.
+    #[serde(default)]
+    pub cut_face: CutFace,
+    /// Which values are black and white; what a picture holds when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub window: Option<Window>,
+    /// Whether [`Mode::Max`], [`Mode::Mean`] and [`Mode::Xray`] take the magnitude of the interpolant's gradient, per mm, for the values.
+    #[serde(default)]
+    pub of_gradient: bool,
+    /// How [`Mode::Dvr`] integrates.
+    #[serde(default)]
+    pub integrator: Integrator,
+    /// Which gradient shades.
+    #[serde(default)]
+    pub normals: Normals,
     /// Behind everything; `None` is transparent.
     pub background: Option<Color>,
 }
@@ -162,14 +324,41 @@ impl Scene {
             solver: Solver::Exact,
             light: Light::default(),
             shadows: false,
+            transparent: false,
+            depth_cue: 0.0,
+            clips: vec![],
+            cut_face: CutFace::Bone,
+            window: None,
+            of_gradient: false,
+            integrator: Integrator::default(),
+            normals: Normals::Smooth,
             background: Some(BACKGROUND),
         }
     }
 
     /// The surfaces of the visible layers with their layer numbers.
     pub fn surfaces(&self, volumes: &[Arc<Volume>]) -> Result<Vec<(usize, Surface)>, GridError> {
+        self.surfaces_at(volumes, |layer, _| layer.iso)
+    }
+
+    /// For each visible layer the isosurface that holds all that its mode draws of it.
+    pub(crate) fn hulls(&self, volumes: &[Arc<Volume>]) -> Result<Vec<(usize, Surface)>, GridError> {
+        self.surfaces_at(volumes, |layer, volume| match self.mode {
+            Mode::Iso if self.transparent => layer.shells.iter().map(|s| s.iso).fold(layer.iso, f64::min),
+            Mode::Iso | Mode::Overlay => layer.iso,
+            Mode::Dvr => lowest_visible(&layer.controls(volume)).unwrap_or(f64::INFINITY),
+            Mode::Max | Mode::Mean | Mode::Xray => f64::NEG_INFINITY,
+        })
+    }
+
+    fn surfaces_at(&self, volumes: &[Arc<Volume>], iso: impl Fn(&Layer, &Volume) -> f64) -> Result<Vec<(usize, Surface)>, GridError> {
         let visible = self.layers.iter().zip(volumes).enumerate().filter(|(_, (layer, _))| layer.visible);
-        visible.map(|(i, (layer, volume))| Ok((i, Surface::new(volume, layer.iso, layer.transform)?))).collect()
+        visible.map(|(i, (layer, volume))| Ok((i, Surface::new(volume, iso(layer, volume), layer.transform)?))).collect()
+    }
+
+    /// Whether every surface along a ray is drawn, and not only the first.
+    pub(crate) fn is_transparent(&self) -> bool {
+        self.mode == Mode::Iso && self.transparent
     }
 
     /// The direction toward the light in the world, unit.
@@ -177,6 +366,15 @@ impl Scene {
         let basis = self.camera.basis();
         let l = self.light.toward.as_dvec3();
         (l.x * basis.right + l.y * basis.up - l.z * basis.forward).try_normalize().unwrap_or(-basis.forward)
+    }
+}
+
+impl Picture {
+    /// Of nothing but `background` (sRGB with straight alpha).
+    pub(crate) fn of(background: [u8; 4], width: u32, height: u32) -> Self {
+        let count = width as usize * height as usize;
+        let (depth_mm, volume_id) = (vec![f32::NAN; count], vec![0; count]);
+        Self { width, height, rgba: vec![background; count], depth_mm, volume_id, values: vec![] }
     }
 }
 
@@ -193,4 +391,7 @@ pub struct Picture {
     pub depth_mm: Vec<f32>,
     /// 1-based layer of that surface; 0 where none.
     pub volume_id: Vec<u8>,
+    /// What [`Mode::Max`], [`Mode::Mean`] or [`Mode::Xray`] computes, of the volumes together; NaN where a ray meets none. Empty in other
+    /// modes.
+    pub values: Vec<f32>,
 }

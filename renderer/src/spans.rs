@@ -27,8 +27,17 @@ const NOTHING: [f32; 2] = [f32::MAX, f32::MIN];
 const CHUNK: usize = 2048;
 
 impl Spans {
-    /// The spans of a surface whose volume lies in `grid`, in a picture of `width`×`height` with its base plane at `base_mm`.
-    pub fn of(map: &DistanceMap, masks: &CellMasks, grid: &Grid, camera: &Camera, base_mm: f64, width: u32, height: u32) -> Self {
+    /// The spans of a surface whose volume lies in `grid`, in a picture of `width`×`height` with its base plane at `base_mm`; `is_cut` when
+    /// rays may begin within the volume.
+    pub fn of(
+        map: &DistanceMap,
+        masks: &CellMasks,
+        grid: &Grid,
+        camera: &Camera,
+        base_mm: f64,
+        [width, height]: [u32; 2],
+        is_cut: bool,
+    ) -> Self {
         let (across, down) = (width.div_ceil(BLOCK), height.div_ceil(BLOCK));
         let view = View::new(grid, camera, base_mm, width, height);
         let empty = || vec![NOTHING; across as usize * down as usize];
@@ -45,7 +54,7 @@ impl Spans {
         };
         let join = |a: Vec<[f32; 2]>, b: Vec<[f32; 2]>| a.into_iter().zip(b).map(|(a, b)| [a[0].min(b[0]), a[1].max(b[1])]).collect();
         // A ray that begins inside the volume may begin in any brick.
-        let bricks = if view.begins_inside { map.occupied() } else { masks.exposed().to_vec() };
+        let bricks = if is_cut || view.begins_inside { map.occupied() } else { masks.exposed().to_vec() };
         let blocks = bricks.par_chunks(CHUNK).fold(empty, add).reduce(empty, join);
         Self { across, blocks }
     }
@@ -154,7 +163,7 @@ mod tests {
             let camera = Camera { eye_mm: target_mm + distance * point().normalize(), target_mm, up: DVec3::Z, projection };
             let (w, h) = (61, 90);
             let base_mm = if n % 2 == 0 { 0.0 } else { 3.0 };
-            let spans = Spans::of(&map, &masks, &grid, &camera, base_mm, w, h);
+            let spans = Spans::of(&map, &masks, &grid, &camera, base_mm, [w, h], false);
             let forward = camera.basis().forward;
             let [bx, by, _] = map.dims();
             for brick in map.occupied() {

@@ -1,7 +1,7 @@
 //! `bregma bench`: how long the frames of the orbit take.
 
 use super::{CommandError, open, print, renderer};
-use crate::args::{Backend, BenchArgs, ModeName};
+use crate::args::{Backend, BenchArgs};
 use crate::chart::orbit;
 use serde::Serialize;
 use std::time::Instant;
@@ -16,7 +16,7 @@ struct Record {
     backend: &'static str,
     adapter: String,
     threads: usize,
-    mode: &'static str,
+    mode: bregma_renderer::Mode,
     shadows: bool,
     solver: bregma_renderer::Solver,
     size: u32,
@@ -33,9 +33,8 @@ struct Record {
 /// Times the orbit. A frame is timed from the request to the pixels in memory.
 pub fn bench(args: &BenchArgs, backend: Backend) -> Result<(), CommandError> {
     let mut opened = open(&args.sources.0, &args.isovalues)?;
-    opened.scene.mode = args.mode.into();
+    args.look.apply(&mut opened, Some(args.mode.into()))?;
     opened.scene.solver = args.solver;
-    opened.scene.shadows = args.shadows;
     let mut renderer = renderer(backend)?;
     let name = renderer.name();
     let cameras = orbit(&opened.bounds(), args.frames);
@@ -66,8 +65,8 @@ pub fn bench(args: &BenchArgs, backend: Backend) -> Result<(), CommandError> {
         backend: if name.starts_with("cpu") { "cpu" } else { "gpu" },
         adapter: name,
         threads: rayon::current_num_threads(),
-        mode: if args.mode == ModeName::Overlay { "overlay" } else { "iso" },
-        shadows: args.shadows,
+        mode: opened.scene.mode,
+        shadows: opened.scene.shadows,
         solver: args.solver,
         size: args.size,
         frames: args.frames,

@@ -57,6 +57,9 @@ pub enum CommandError {
     /// A registration flattens a volume.
     #[error("the transform of a volume cannot be used: {0}")]
     Grid(#[from] bregma_volume::GridError),
+    /// A look that is not there.
+    #[error(transparent)]
+    Preset(#[from] crate::presets::PresetError),
     /// Standard output broke.
     #[error("standard output cannot be written ({0})")]
     Stdout(std::io::Error),
@@ -139,7 +142,7 @@ fn make_folder(folder: &Path) -> Result<(), CommandError> {
 }
 
 /// Applies values that are given once for all, or once for each.
-fn set_each<L, V>(layers: &mut [L], values: &[V], option: &str, set: impl Fn(&mut L, &V)) -> Result<(), CommandError> {
+pub(crate) fn set_each<L, V>(layers: &mut [L], values: &[V], option: &str, set: impl Fn(&mut L, &V)) -> Result<(), CommandError> {
     let count = layers.len();
     match values {
         [] => {}

@@ -1,9 +1,9 @@
 //! `bregma render`: one picture.
 
-use super::{CommandError, open, renderer, require_spacing, set_each, warn};
+use super::{CommandError, open, renderer, require_spacing, warn};
 use crate::args::{Backend, CameraArgs, RenderArgs};
 use crate::input::Opened;
-use crate::output::{write_depth, write_png, write_volume_id};
+use crate::output::{write_depth, write_png, write_values, write_volume_id};
 use bregma_renderer::{Camera, FOV_DEG, Projection};
 use std::path::{Path, PathBuf};
 
@@ -14,23 +14,26 @@ pub fn render(args: &RenderArgs, backend: Backend) -> Result<(), CommandError> {
     if args.depth.is_some() {
         require_spacing(&opened)?;
     }
-    set_each(&mut opened.scene.layers, &args.opacity, "--opacity", |layer, v| layer.opacity = *v as f32)?;
-    set_each(&mut opened.scene.layers, &args.color, "--color", |layer, c| layer.color = *c)?;
-    opened.scene.mode = args.mode.map_or(opened.scene.mode, Into::into);
+    args.look.apply(&mut opened, args.mode.map(Into::into))?;
     opened.scene.solver = args.solver.unwrap_or(opened.scene.solver);
-    opened.scene.shadows |= args.shadows;
     opened.scene.background = args.background.map_or(opened.scene.background, |b| b.0);
     opened.scene.camera = camera(&args.camera, &opened);
+    if args.values.is_some() && !opened.scene.mode.is_projection() {
+        return Err(CommandError::Usage("--values are those of --mode max, mean or xray: ask for one of these".into()));
+    }
     let (width, height) = args.size;
     let picture = renderer(backend)?.render(&opened.volumes, &opened.scene, width, height)?;
     if picture.volume_id.iter().all(|&id| id == 0) {
-        warn(&[format!("{}: the picture shows no surface from this view", args.out.display())]);
+        warn(&[format!("{}: the picture shows nothing from this view", args.out.display())]);
     }
     if let Some(file) = &args.depth {
         write_depth(file, &picture)?;
     }
     if let Some(file) = &args.volume_id {
         write_volume_id(file, &picture)?;
+    }
+    if let Some(file) = &args.values {
+        write_values(file, &picture)?;
     }
     write_png(&args.out, &picture)?;
     Ok(())
@@ -40,7 +43,7 @@ pub fn render(args: &RenderArgs, backend: Backend) -> Result<(), CommandError> {
 fn keep_apart(args: &RenderArgs) -> Result<(), CommandError> {
     let place = |file: &Path| std::fs::canonicalize(file).unwrap_or_else(|_| file.to_owned());
     let mut taken: Vec<PathBuf> = args.sources.0.iter().map(|s| place(&s.file)).collect();
-    for file in [Some(&args.out), args.depth.as_ref(), args.volume_id.as_ref()].into_iter().flatten() {
+    for file in [Some(&args.out), args.depth.as_ref(), args.volume_id.as_ref(), args.values.as_ref()].into_iter().flatten() {
         let is_file = file.metadata().is_ok_and(|m| m.is_file());
         if taken.contains(&place(file)) && (is_file || !file.exists()) {
             let text = format!("{} is named twice; it would be overwritten: give each output a file of its own", file.display());

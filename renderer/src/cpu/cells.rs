@@ -2,7 +2,7 @@
 //!
 //! The twin of `shaders/cells.wgsl`.
 
-use super::walk::{FAR, Field, Hits, InBrick, Met, Method, Pace, least};
+use super::walk::{FAR, Field, Hits, InBrick, Met, Method, Pace, Walk, least};
 use crate::lanes::{Floats, Ints, Mask, Vecs, axes, lerp};
 use crate::roots::{self, Entry};
 use fearless_simd::Simd;
@@ -10,7 +10,7 @@ use fearless_simd::prelude::*;
 use std::hint::black_box;
 
 /// Cells, the depths at which rays enter them, and the axes that they cross there; none where they enter the brick.
-pub(super) struct Place<S: Simd> {
+pub(crate) struct Place<S: Simd> {
     cell: Vecs<S>,
     t: Floats<S>,
     entry: [Mask<S>; 3],
@@ -79,18 +79,67 @@ pub(super) fn advance<S: Simd>(simd: S, field: &Field<'_>, pace: &Pace<S>, at: &
     }
 }
 
-/// The first entries within the cells of the rays of `of`; where there is none, the place is the next cell.
+/// Rays on their way through cells.
+#[derive(Clone, Copy)]
+pub(crate) struct Crossing<S: Simd> {
+    /// The cells, by their lowest samples.
+    pub cell: [Ints<S>; 3],
+    /// Corner values relative to the level, positive inside; corner x + 2y + 4z is at (x, y, z).
+    pub f: [Floats<S>; 8],
+    /// Where the rays enter and leave, in [0, 1]³.
+    pub start: Vecs<S>,
+    pub end: Vecs<S>,
+    /// The depths of that, behind the base plane, mm.
+    pub s: [Floats<S>; 2],
+    /// Which cells are the first in their bricks.
+    pub is_first: Mask<S>,
+}
+
+impl<S: Simd> Crossing<S> {
+    #[inline(always)]
+    pub fn nowhere(simd: S) -> Self {
+        let zero = Floats::splat(simd, 0.0);
+        let (cell, none) = ([Ints::splat(simd, 0); 3], Mask::splat(simd, false));
+        Self { cell, f: [zero; 8], start: [zero; 3], end: [zero; 3], s: [zero; 2], is_first: none }
+    }
+
+    /// Takes over those of `new` in the lanes of `of`.
+    #[inline(always)]
+    pub fn take(&mut self, new: &Self, of: Mask<S>) {
+        self.cell = axes!(a => of.select(new.cell[a], self.cell[a]));
+        for corner in 0..8 {
+            self.f[corner] = of.select(new.f[corner], self.f[corner]);
+        }
+        self.start = axes!(a => of.select(new.start[a], self.start[a]));
+        self.end = axes!(a => of.select(new.end[a], self.end[a]));
+        self.s = [of.select(new.s[0], self.s[0]), of.select(new.s[1], self.s[1])];
+        self.is_first = (self.is_first & !of) | (new.is_first & of);
+    }
+
+    /// Ends where nothing more is asked for.
+    #[inline(always)]
+    pub fn until(mut self, s_max: Floats<S>) -> Self {
+        let cut = self.s[1].simd_gt(s_max);
+        if cut.any_true() {
+            let u = ((s_max - self.s[0]) / (self.s[1] - self.s[0])).max(0.0);
+            let end = lerp(&self.start, &self.end, u);
+            self.end = axes!(a => cut.select(end[a], self.end[a]));
+            self.s[1] = cut.select(s_max.max(self.s[0]), self.s[1]);
+        }
+        self
+    }
+}
+
+/// The way of the rays of `of` through the cells that they are in, each read and left for the next.
 #[inline(always)]
-pub(super) fn solve<S: Simd>(
+pub(super) fn cross<S: Simd>(
     simd: S,
     field: &Field<'_>,
-    method: Method,
     pace: &Pace<S>,
     at: &InBrick<S>,
     place: &mut Place<S>,
     of: Mask<S>,
-) -> Hits<S> {
-    let zero = Floats::splat(simd, 0.0);
+) -> Crossing<S> {
     let (t_exit, axis) = exit_of(pace, at, place);
     let (corner, cell, t) = (at.corner(), place.cell, place.t);
     let corner = axes!(a => corner[a] + cell[a].to_int::<Ints<S>>());
@@ -106,17 +155,56 @@ pub(super) fn solve<S: Simd>(
         point(pace, at, t_exit, cell[a], a, axis[a], face)
     });
     let (start, end) = (axes!(a => p[a] - cell[a]), axes!(a => q[a] - cell[a]));
+    place.step(pace, t_exit, &axis, of);
+    // Where the line begins is the same number for all volumes: cuts of several meet there.
+    let begins = is_first & !(at.entry[0] | at.entry[1] | at.entry[2]);
+    Crossing { cell: corner, f, start, end, s: [begins.select(at.begin, at.s + t), at.s + t_exit], is_first }
+}
+
+/// Takes the rays of `seeking` through the next cells that can hold something: which of them come to one, and their ways through it.
+#[inline(always)]
+pub(super) fn next_cell<S: Simd>(simd: S, field: &Field<'_>, walk: &mut Walk<'_, S>, seeking: Mask<S>) -> (Mask<S>, Crossing<S>) {
+    // Compiled by itself and called, from each mode.
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            let arrived = field.arrive(
+                simd,
+                walk,
+                seeking,
+                #[inline(always)]
+                |walk, within| advance(simd, field, &walk.rays.pace, &walk.at, &mut walk.place, within),
+            );
+            (arrived, cross(simd, field, &walk.rays.pace, &walk.at, &mut walk.place, arrived))
+        },
+    )
+}
+
+/// The first entries within the cells of the rays of `of`; where there is none, the place is the next cell.
+#[inline(always)]
+pub(super) fn solve<S: Simd>(
+    simd: S,
+    field: &Field<'_>,
+    method: Method,
+    pace: &Pace<S>,
+    at: &InBrick<S>,
+    place: &mut Place<S>,
+    of: Mask<S>,
+) -> Hits<S> {
+    let t = place.t;
+    let Crossing { cell, f, start, end, is_first, .. } = cross(simd, field, pace, at, place, of);
     let Entry { found, u } = match method {
         Method::Solver(solver) => roots::first_entry(simd, solver, &f, &start, &end, of),
         Method::Unsolved => {
             black_box(&f);
-            Entry { found: Mask::splat(simd, false), u: zero }
+            Entry { found: Mask::splat(simd, false), u: Floats::splat(simd, 0.0) }
         }
     };
-    place.step(pace, t_exit, &axis, of);
-    let at_entry = found & u.simd_eq(zero) & is_first;
+    let at_entry = found & u.simd_eq(0.0) & is_first;
     let met = if at_entry.any_true() { field.met_at_entry(simd, pace, at).only(at_entry) } else { Met::isosurface(simd) };
-    Hits { found, s: at.s + t + u * (t_exit - t), cell: corner, local: lerp(&start, &end, u), met }
+    // The place is behind the cell now.
+    let s = met.start.select(at.begin, at.s + t + u * (place.t - t));
+    Hits { found, s, cell, local: lerp(&start, &end, u), met }
 }
 
 /// A coordinate of where rays are at t, on the face of a cell across an axis.

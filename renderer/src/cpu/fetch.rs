@@ -35,6 +35,15 @@ impl Source<'_> {
     /// continuous from cell to cell, which the interpolant's own gradient is not; at the grid's faces it is one-sided.
     #[inline(always)]
     pub fn smooth_gradient<S: Simd>(self, simd: S, dims: [i32; 3], cell: &[Ints<S>; 3], local: &Vecs<S>, of: Mask<S>) -> Vecs<S> {
+        // Compiled by itself and called, from each mode.
+        simd.vectorize(
+            #[inline(always)]
+            || self.differences(simd, dims, cell, local, of),
+        )
+    }
+
+    #[inline(always)]
+    fn differences<S: Simd>(self, simd: S, dims: [i32; 3], cell: &[Ints<S>; 3], local: &Vecs<S>, of: Mask<S>) -> Vecs<S> {
         let zero = Floats::splat(simd, 0.0);
         let Self::Samples(samples) = self else { return [zero; 3] };
         // Around a cell 4 samples along each axis, where the grid has them, but not the corners of that block.

@@ -1,9 +1,15 @@
 //! The CPU renderer: the same algorithm as the GPU's, on all cores and for sixteen rays at once.
 
 mod cells;
+mod cuts;
+mod dvr;
 mod fetch;
+mod march;
+mod pieces;
+mod project;
 mod segments;
 mod shade;
+mod shells;
 mod split;
 mod steps;
 mod walk;
@@ -13,19 +19,23 @@ use crate::frame::{Frame, FrameLayer, MapCache};
 use crate::lanes::{Doubles, Floats, Ints, LANES, Mask, Vecs, axes, dot, numbers};
 use crate::light_spans::LightSpans;
 use crate::roots::Solver;
-use crate::scene::{Mode, Picture, Scene};
+use crate::scene::{Integrator, Mode, Normals, Picture, Scene};
 use crate::spans::BLOCK;
+use crate::tone::colored;
 use crate::{InstructionSet, RenderError, Renderer, Split};
 use bregma_volume::Volume;
+use cuts::{Kept, kept};
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch};
 use fetch::Source;
 use glam::{Vec3, Vec4};
+use march::{lines_of, march, world_lines};
 use rayon::prelude::*;
 use shade::{Drawn, encode, nearest, phong};
+use shells::Gathered;
 use std::mem::discriminant;
 use std::sync::Arc;
-use walk::{Field, Hits, Lines, Method};
+use walk::{Field, Hits, Lines, Method, Part};
 
 /// Draws on the CPU. Keeps what stays valid between frames: the maps of the surfaces drawn last.
 #[derive(Debug)]
@@ -94,19 +104,63 @@ impl Renderer for CpuRenderer {
 
 /// Draws band by band, of one row of blocks each, and in a band block by block: rays of one block touch the same bricks.
 fn draw(level: Level, frame: &Frame, scene: &Scene, width: u32, height: u32) -> Result<Picture, RenderError> {
-    if !scene.solver.on_cpu() {
+    if scene.mode.is_projection() {
+        return Ok(draw_projection(level, frame, scene, width, height));
+    }
+    let goes_on = scene.mode == Mode::Dvr || scene.is_transparent();
+    if !goes_on && !scene.solver.on_cpu() {
         return Err(RenderError::NeedsGpu(scene.solver));
     }
-    let count = width as usize * height as usize;
-    let background = encode(Vec4::ZERO, frame.background);
-    let mut picture = Picture { width, height, rgba: vec![background; count], depth_mm: vec![f32::NAN; count], volume_id: vec![0; count] };
+    let mut picture = Picture::of(encode(Vec4::ZERO, frame.background), width, height);
     let band = BLOCK as usize * width as usize;
     let pixels = (picture.rgba.par_chunks_mut(band), picture.depth_mm.par_chunks_mut(band), picture.volume_id.par_chunks_mut(band));
     pixels.into_par_iter().enumerate().for_each(|(row, (rgba, depth_mm, volume_id))| {
         let band = Band { width, y0: row as u32 * BLOCK, rgba, depth_mm, volume_id };
-        dispatch!(level, simd => draw_band(simd, frame, scene, band));
+        if goes_on {
+            dispatch!(level, simd => draw_through(simd, frame, scene, band));
+        } else {
+            dispatch!(level, simd => draw_band(simd, frame, scene, band));
+        }
     });
     Ok(picture)
+}
+
+/// Draws the maximum, mean or integral along each ray.
+fn draw_projection(level: Level, frame: &Frame, scene: &Scene, width: u32, height: u32) -> Picture {
+    let count = frame.layers.len();
+    let mut gathered = vec![[f32::NAN; 2]; width as usize * height as usize * count];
+    let band = BLOCK as usize * width as usize * count;
+    gathered.par_chunks_mut(band.max(1)).enumerate().for_each(|(row, gathered)| {
+        let y0 = row as u32 * BLOCK;
+        dispatch!(level, simd => project_band(simd, frame, scene, [width, y0], gathered));
+    });
+    colored(frame, scene, width, height, &gathered)
+}
+
+#[inline(always)]
+fn project_band<S: Simd>(simd: S, frame: &Frame, scene: &Scene, [width, y0]: [u32; 2], gathered: &mut [[f32; 2]]) {
+    let count = frame.layers.len();
+    let height = (gathered.len() / count) as u32 / width;
+    for packet in packets(width, height) {
+        let pixels = packet.pixels(simd, y0);
+        for (n, layer) in frame.layers.iter().enumerate() {
+            let [s_min, s_max] = layer.spans.at(packet.x0, y0);
+            if s_min > s_max {
+                continue;
+            }
+            let field = field_of(layer, Source::Samples(layer.surface.volume.samples()));
+            let lines = lines_of(simd, layer, &pixels);
+            let kept = kept(simd, &layer.region, &world_lines(simd, frame, &pixels));
+            let part = Part { begin: kept.begin, s_min: Floats::splat(simd, s_min), s_max: Floats::splat(simd, s_max).min(kept.end) };
+            let of = simd.vectorize(
+                #[inline(always)]
+                || project::project(simd, scene.mode, scene.of_gradient, layer, &field, &lines, &part, pixels.inside),
+            );
+            for lane in numbers(of.found) {
+                gathered[packet.index(lane, width) * count + n] = [of.value[lane], of.depth[lane]];
+            }
+        }
+    }
 }
 
 /// A row of blocks of the picture.
@@ -116,6 +170,134 @@ struct Band<'a> {
     rgba: &'a mut [[u8; 4]],
     depth_mm: &'a mut [f32],
     volume_id: &'a mut [u8],
+}
+
+/// Draws what goes on behind the first surface: direct volume rendering, and transparent surfaces.
+#[inline(always)]
+fn draw_through<S: Simd>(simd: S, frame: &Frame, scene: &Scene, band: Band<'_>) {
+    let Band { width, y0, rgba, depth_mm, volume_id } = band;
+    let height = rgba.len() as u32 / width;
+    for packet in packets(width, height) {
+        if frame.layers.iter().all(|layer| is_empty(layer.spans.at(packet.x0, y0))) {
+            continue;
+        }
+        let pixels = packet.pixels(simd, y0);
+        let view = View::of(simd, frame, &pixels);
+        let gathered = simd.vectorize(
+            #[inline(always)]
+            || gather(simd, frame, scene, &packet, &pixels, &view, y0),
+        );
+        let depth = ((Doubles::splat(simd, frame.base_mm) + Doubles::of(gathered.s)) * view.length).to_floats();
+        for lane in numbers(pixels.inside & gathered.color[3].simd_gt(0.0)) {
+            let at = packet.index(lane, width);
+            let color = Vec4::from_array(gathered.color.map(|part| part[lane]));
+            rgba[at] = encode(color, frame.background);
+            if gathered.id[lane] > 0.0 {
+                depth_mm[at] = depth[lane];
+                volume_id[at] = gathered.id[lane] as u8;
+            }
+        }
+    }
+}
+
+fn is_empty([s_min, s_max]: [f32; 2]) -> bool {
+    s_min > s_max
+}
+
+/// What a packet's rays gather on their whole way.
+#[inline(always)]
+fn gather<S: Simd>(simd: S, frame: &Frame, scene: &Scene, packet: &Packet, pixels: &Pixels<S>, view: &View<S>, y0: u32) -> Gathered<S> {
+    let lines: Vec<Lines<S>> = frame.layers.iter().map(|layer| lines_of(simd, layer, pixels)).collect();
+    let block = [packet.x0, y0];
+    let mut all = Gathered::nothing(simd);
+    if scene.is_transparent() {
+        march(
+            simd,
+            frame,
+            pixels,
+            block,
+            &lines,
+            #[inline(always)]
+            |travellers, stretch| shells::gather(simd, frame, scene, view, travellers, stretch, &mut all),
+        );
+        return all.filled(shells::ENOUGH);
+    }
+    match scene.integrator {
+        Integrator::Exact => {
+            march(
+                simd,
+                frame,
+                pixels,
+                block,
+                &lines,
+                #[inline(always)]
+                |travellers, stretch| dvr::gather_exactly(simd, frame, scene, view, travellers, stretch, &mut all),
+            );
+            all.filled(dvr::ENOUGH_EXACTLY)
+        }
+        Integrator::Steps { jitter, .. } => {
+            let length = frame.step_mm / view.mm_per_depth;
+            // Without jitter in the middle of the first step.
+            let start = if jitter { pixels.noise(simd) } else { Floats::splat(simd, 0.5) };
+            let mut steps = dvr::Steps { length, first: start * length, next: Floats::splat(simd, 0.0) };
+            march(
+                simd,
+                frame,
+                pixels,
+                block,
+                &lines,
+                #[inline(always)]
+                |travellers, stretch| dvr::gather_steps(simd, frame, scene, view, travellers, stretch, &mut steps, &mut all),
+            );
+            all.filled(dvr::ENOUGH_IN_STEPS)
+        }
+    }
+}
+
+/// How a packet's pixels look into the world.
+struct View<S: Simd> {
+    /// Unit.
+    direction: Vecs<S>,
+    /// Length of a ray for each mm of depth.
+    length: Doubles<S>,
+    mm_per_depth: Floats<S>,
+}
+
+impl<S: Simd> View<S> {
+    #[inline(always)]
+    fn of(simd: S, frame: &Frame, pixels: &Pixels<S>) -> Self {
+        let world = pixels.at(simd, &frame.world_rays.direction);
+        let length = (world[0] * world[0] + world[1] * world[1] + world[2] * world[2]).sqrt();
+        Self { direction: normalized(&axes!(a => world[a].to_floats())), length, mm_per_depth: length.to_floats() }
+    }
+
+    /// The colours of what has a colour (linear) and a normal at depth s, without shadows.
+    #[inline(always)]
+    fn lit(&self, simd: S, frame: &Frame, scene: &Scene, color: &Vecs<S>, normal: &Vecs<S>, s: Floats<S>, of: Mask<S>) -> Vecs<S> {
+        let zero = Floats::splat(simd, 0.0);
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                // Where there is no normal: seen from the front.
+                let unknown = dot(normal, normal).simd_eq(zero);
+                let normal = axes!(a => unknown.select(-self.direction[a], normal[a]));
+                let toward = axes!(a => Floats::splat(simd, frame.toward_light[a]));
+                let lit = of & dot(&normal, &toward).simd_gt(zero);
+                let color = phong(simd, &scene.light, color, &normal, &self.direction, &toward, lit);
+                cued(simd, frame, &color, s)
+            },
+        )
+    }
+}
+
+/// Colours at depth s on their way to the background's.
+#[inline(always)]
+fn cued<S: Simd>(simd: S, frame: &Frame, color: &Vecs<S>, s: Floats<S>) -> Vecs<S> {
+    if frame.cue_per_mm == 0.0 {
+        return *color;
+    }
+    let share = (s * frame.cue_per_mm).max(0.0).min(1.0);
+    axes!(a => color[a] * (1.0 - share) + Floats::splat(simd, frame.background[a]) * share)
 }
 
 #[inline(always)]
@@ -133,17 +315,15 @@ fn draw_band<S: Simd>(simd: S, frame: &Frame, scene: &Scene, band: Band<'_>) {
         if !first.found.any_true() {
             continue;
         }
-        let world = pixels.at(simd, &frame.world_rays.direction);
-        let view = normalized(&axes!(a => world[a].to_floats()));
-        let mut color = light(simd, frame, scene, &pixels, &first, &view);
+        let view = View::of(simd, frame, &pixels);
+        let mut color = light(simd, frame, scene, &pixels, &first, &view.direction);
         if scene.mode == Mode::Overlay {
             let second = nearest(simd, &hits, first.id);
-            let behind = light(simd, frame, scene, &pixels, &second, &view);
+            let behind = light(simd, frame, scene, &pixels, &second, &view.direction);
             let opacity = second.found.select(first.opacity, Floats::splat(simd, 1.0));
             color = axes!(a => color[a] * opacity + behind[a] * (1.0 - opacity));
         }
-        let length = (world[0] * world[0] + world[1] * world[1] + world[2] * world[2]).sqrt();
-        let depth = ((Doubles::splat(simd, frame.base_mm) + Doubles::of(first.s)) * length).to_floats();
+        let depth = ((Doubles::splat(simd, frame.base_mm) + Doubles::of(first.s)) * view.length).to_floats();
         for lane in numbers(first.found) {
             let at = packet.index(lane, width);
             let color = Vec3::from_array(axes!(a => color[a][lane]));
@@ -205,7 +385,22 @@ struct Pixels<S: Simd> {
     inside: Mask<S>,
 }
 
+/// A number from 0 to 1 that looks like chance, for each pixel the same in every frame (O'Neill 2014, PCG).
+fn noise_at(x: u32, y: u32) -> f32 {
+    let state = (y << 16 | x).wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+    let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
+    // 24 bits, which float32 holds.
+    ((word >> 22 ^ word) >> 8) as f32 / 16_777_216.0
+}
+
 impl<S: Simd> Pixels<S> {
+    /// A number from 0 to 1 for each that looks like chance.
+    #[inline(always)]
+    fn noise(&self, simd: S) -> Floats<S> {
+        let (x, y) = (self.x.to_floats().to_array(), self.y.to_floats().to_array());
+        Floats::load_array(simd, std::array::from_fn(|lane| noise_at(x[lane] as u32, y[lane] as u32)))
+    }
+
     /// What moves with the pixel, at each.
     #[inline(always)]
     fn at(&self, simd: S, of: &PixelAffine) -> [Doubles<S>; 3] {
@@ -229,19 +424,21 @@ fn trace<S: Simd>(
         return None;
     }
     let field = field_of(layer, Source::Samples(layer.surface.volume.samples()));
-    let lines = Lines { origin: pixels.at(simd, &layer.rays.origin), direction: pixels.at(simd, &layer.rays.direction) };
-    let mut s_far = Floats::splat(simd, s_max);
+    let lines = lines_of(simd, layer, pixels);
+    let kept = kept(simd, &layer.region, &world_lines(simd, frame, pixels));
+    let mut s_far = Floats::splat(simd, s_max).min(kept.end);
     if frame.only_nearest {
         // What lies behind an opaque hit is not asked for.
         for hit in hits {
             s_far = hit.found.select(s_far.min(hit.s), s_far);
         }
     }
-    let found = field.first_hits(simd, Method::Solver(scene.solver), &lines, Floats::splat(simd, s_min), s_far, pixels.inside);
+    let part = Part { begin: kept.begin, s_min: Floats::splat(simd, s_min), s_max: s_far };
+    let found = field.first_hits(simd, Method::Solver(scene.solver), &lines, &part, pixels.inside);
     if !found.found.any_true() {
         return None;
     }
-    let normal = normals(simd, &field, layer, &lines, &found);
+    let normal = normals(simd, scene, &field, layer, &lines, &found, &kept);
     let splat = |v| Floats::splat(simd, v);
     let id = splat((layer.index + 1) as f32);
     Some(Drawn { found: found.found, s: found.s, normal, color: axes!(a => splat(layer.color[a])), opacity: splat(layer.opacity), id })
@@ -259,7 +456,8 @@ fn light<S: Simd>(simd: S, frame: &Frame, scene: &Scene, pixels: &Pixels<S>, dra
     if scene.shadows && lit.any_true() {
         lit &= !shadowed(simd, frame, scene, pixels, drawn, lit);
     }
-    phong(simd, &scene.light, &drawn.color, &normal, view, &toward, lit)
+    let color = phong(simd, &scene.light, &drawn.color, &normal, view, &toward, lit);
+    cued(simd, frame, &color, drawn.s)
 }
 
 /// Which of the hits of `asked` have bone of any layer between them and the light.
@@ -267,6 +465,12 @@ fn light<S: Simd>(simd: S, frame: &Frame, scene: &Scene, pixels: &Pixels<S>, dra
 fn shadowed<S: Simd>(simd: S, frame: &Frame, scene: &Scene, pixels: &Pixels<S>, drawn: &Drawn<S>, asked: Mask<S>) -> Mask<S> {
     let zero = Floats::splat(simd, 0.0);
     let mut dark = Mask::splat(simd, false);
+    let toward = frame.toward_light.as_dvec3();
+    let seen = world_lines(simd, frame, pixels).at(drawn.s);
+    let to_light_in_world = Lines {
+        origin: axes!(a => seen[a] + Doubles::splat(simd, frame.shadow_start_mm * toward[a])),
+        direction: axes!(a => Doubles::splat(simd, toward[a])),
+    };
     for layer in &frame.layers {
         let field = field_of(layer, Source::Samples(layer.surface.volume.samples()));
         let to_light = layer.to_light;
@@ -275,10 +479,12 @@ fn shadowed<S: Simd>(simd: S, frame: &Frame, scene: &Scene, pixels: &Pixels<S>, 
             origin: axes!(a => seen[a] + Doubles::splat(simd, frame.shadow_start_mm * to_light[a])),
             direction: axes!(a => Doubles::splat(simd, to_light[a])),
         };
-        let s_max = until_light(simd, &layer.light_spans, &axes!(a => seen[a].to_floats()), asked);
-        let asked = asked & !dark & s_max.simd_gt(zero);
+        let kept = kept(simd, &layer.region, &to_light_in_world);
+        let s_max = until_light(simd, &layer.light_spans, &axes!(a => seen[a].to_floats()), asked).min(kept.end);
+        let asked = asked & !dark & s_max.simd_gt(kept.begin);
         if asked.any_true() {
-            dark |= field.first_hits(simd, Method::Solver(scene.solver), &lines, zero, s_max, asked).found;
+            let part = Part { begin: kept.begin, s_min: zero, s_max };
+            dark |= field.first_hits(simd, Method::Solver(scene.solver), &lines, &part, asked).found;
         }
     }
     dark
@@ -309,8 +515,19 @@ fn normalized<S: Simd>(v: &Vecs<S>) -> Vecs<S> {
 
 /// Normals in the world that face the viewer, unit; zero where the viewer stands inside bone, or there is no gradient.
 #[inline(always)]
-fn normals<S: Simd>(simd: S, field: &Field<'_>, layer: &FrameLayer, lines: &Lines<S>, hits: &Hits<S>) -> Vecs<S> {
-    let surface = field.outward(simd, hits);
+fn normals<S: Simd>(
+    simd: S,
+    scene: &Scene,
+    field: &Field<'_>,
+    layer: &FrameLayer,
+    lines: &Lines<S>,
+    hits: &Hits<S>,
+    kept: &Kept<S>,
+) -> Vecs<S> {
+    let surface = match scene.normals {
+        Normals::Smooth => field.source.smooth_gradient(simd, field.dims, &hits.cell, &hits.local, hits.found),
+        Normals::Analytic => project::gradient(&field.corners(simd, &hits.cell, hits.found), &hits.local),
+    };
     // Of the box's face: against the ray.
     let (zero, one) = (Floats::splat(simd, 0.0), Floats::splat(simd, 1.0));
     let is_surface = hits.met.is_isosurface();
@@ -319,12 +536,21 @@ fn normals<S: Simd>(simd: S, field: &Field<'_>, layer: &FrameLayer, lines: &Line
         let face = hits.met.face[a].select(one.copysign(-direction[a]), zero);
         is_surface.select(surface[a], face)
     });
+    let world = toward_viewer(simd, layer, &index, &direction);
+    let cut = hits.met.start & kept.is_cut;
+    axes!(a => cut.select(kept.normal[a], hits.met.start.select(zero, world[a])))
+}
+
+/// Normals of index space in the world, turned toward the viewer, who looks along `direction` of index space; unit, or zero as they are.
+#[inline(always)]
+fn toward_viewer<S: Simd>(simd: S, layer: &FrameLayer, index: &Vecs<S>, direction: &Vecs<S>) -> Vecs<S> {
+    let zero = Floats::splat(simd, 0.0);
     // Both sides of a surface are lit: the smooth normal may turn away where the surface does not.
-    let away = dot(&index, &direction).simd_gt(zero);
+    let away = dot(index, direction).simd_gt(zero);
     let index = axes!(a => away.select(-index[a], index[a]));
     let m = &layer.normal_to_world;
     let world = axes!(a => m.x_axis[a] * index[0] + m.y_axis[a] * index[1] + m.z_axis[a] * index[2]);
     let length = dot(&world, &world).sqrt();
-    let known = length.simd_gt(zero) & !hits.met.eye;
+    let known = length.simd_gt(zero);
     axes!(a => known.select(world[a] / length, zero))
 }

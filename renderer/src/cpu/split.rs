@@ -3,7 +3,7 @@
 //! The twin of `gpu/split.rs`.
 
 use super::fetch::Source;
-use super::walk::{Lines, Method};
+use super::walk::{Lines, Method, Part};
 use super::{draw, field_of, packets};
 use crate::frame::{Frame, FrameLayer};
 use crate::lanes::{Floats, LANES, numbers};
@@ -59,7 +59,8 @@ impl Rays<'_> {
             let limit = Floats::load_array(simd, limit);
             let rays = &self.layer.rays;
             let lines = Lines { origin: pixels.at(simd, &rays.origin), direction: pixels.at(simd, &rays.direction) };
-            let hits = field.first_hits(simd, method, &lines, Floats::splat(simd, s_min), limit.min(s_max), pixels.inside);
+            let part = Part { begin: Floats::splat(simd, 0.0), s_min: Floats::splat(simd, s_min), s_max: limit.min(s_max) };
+            let hits = field.first_hits(simd, method, &lines, &part, pixels.inside);
             let depth = hits.found.select(hits.s, limit);
             numbers(pixels.inside).for_each(|lane| depths[packet.index(lane, self.width)] = depth[lane]);
         }

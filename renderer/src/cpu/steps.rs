@@ -13,11 +13,11 @@ use fearless_simd::prelude::*;
 #[inline(always)]
 pub(super) fn walk<S: Simd>(simd: S, field: &Field<'_>, per_voxel: u32, pace: &Pace<S>, at: &InBrick<S>, of: Mask<S>) -> Hits<S> {
     let step = 1.0 / (per_voxel as f32 * dot(&pace.direction, &pace.direction).sqrt());
-    // The last sample before the brick, but not before the box or the eye, where the first sample is taken.
+    // The last sample before the brick, but not before the box or the line's start, where the first sample is taken.
     let n = ((at.s + at.t) / step).floor();
     let begin = n * step - at.s;
     let met = field.met_at_entry(simd, pace, at);
-    let at_entry = !met.is_isosurface() | (n * step).simd_lt(0.0);
+    let at_entry = !met.is_isosurface() | (n * step).simd_lt(at.begin);
     let mut t0 = at_entry.select(at.t, begin);
     let mut p0 = axes!(a => at_entry.select(at.p[a], at.origin[a] + t0 * pace.direction[a]));
     let mut f0 = value(simd, field, &at.corner(), &p0, of);

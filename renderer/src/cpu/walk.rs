@@ -31,6 +31,17 @@ impl<S: Simd> Lines<S> {
     }
 }
 
+/// Which part of each line is asked for.
+#[derive(Clone, Copy)]
+pub(crate) struct Part<S: Simd> {
+    /// Where the line begins: at the eye, a hit, or a cut.
+    pub begin: Floats<S>,
+    /// Before here nothing is.
+    pub s_min: Floats<S>,
+    /// After here nothing is asked for.
+    pub s_max: Floats<S>,
+}
+
 /// Where rays first enter the bone.
 #[derive(Clone, Copy)]
 pub(crate) struct Hits<S: Simd> {
@@ -51,25 +62,25 @@ pub(crate) struct Hits<S: Simd> {
 pub(crate) struct Met<S: Simd> {
     /// The cut face of a bone that the scan's box cuts, across an axis.
     pub face: [Mask<S>; 3],
-    /// The viewer stands inside bone.
-    pub eye: Mask<S>,
+    /// Where the line begins: the viewer stands inside bone, or it is cut there.
+    pub start: Mask<S>,
 }
 
 impl<S: Simd> Met<S> {
     #[inline(always)]
     pub fn isosurface(simd: S) -> Self {
         let none = Mask::splat(simd, false);
-        Self { face: [none; 3], eye: none }
+        Self { face: [none; 3], start: none }
     }
 
     #[inline(always)]
     pub fn only(self, of: Mask<S>) -> Self {
-        Self { face: axes!(a => self.face[a] & of), eye: self.eye & of }
+        Self { face: axes!(a => self.face[a] & of), start: self.start & of }
     }
 
     #[inline(always)]
     pub fn is_isosurface(self) -> Mask<S> {
-        !(self.face[0] | self.face[1] | self.face[2] | self.eye)
+        !(self.face[0] | self.face[1] | self.face[2] | self.start)
     }
 }
 
@@ -89,7 +100,7 @@ impl<S: Simd> Hits<S> {
         self.cell = axes!(a => new.select(other.cell[a], self.cell[a]));
         self.local = axes!(a => new.select(other.local[a], self.local[a]));
         self.met.face = axes!(a => self.met.face[a] | other.met.face[a] & new);
-        self.met.eye |= other.met.eye & new;
+        self.met.start |= other.met.start & new;
     }
 }
 
@@ -144,17 +155,24 @@ impl<S: Simd> Pace<S> {
     }
 }
 
+/// Rays on their way from place to place where something must be solved.
+pub(crate) struct Walk<'a, S: Simd> {
+    pub rays: Walkers<'a, S>,
+    pub at: InBrick<S>,
+    pub place: Place<S>,
+}
+
 /// Rays on their way from brick to brick.
-struct Walkers<'a, S: Simd> {
+pub(crate) struct Walkers<'a, S: Simd> {
     lines: &'a Lines<S>,
-    pace: Pace<S>,
+    pub pace: Pace<S>,
     /// Where s is 0, as float32.
     origin: Vecs<S>,
     /// At or near the entry of each ray's brick.
     s: Floats<S>,
     /// Where they leave the box or what is asked for.
     s_out: Floats<S>,
-    s_max: Floats<S>,
+    part: Part<S>,
     brick: [Ints<S>; 3],
     /// The brick's number, i fastest, and its distance.
     number: Ints<S>,
@@ -173,6 +191,8 @@ pub(crate) struct InBrick<S: Simd> {
     pub s: Floats<S>,
     /// Position where t is 0.
     pub origin: Vecs<S>,
+    /// Where the line begins; in s.
+    pub begin: Floats<S>,
     /// Where the ray enters and leaves.
     pub t: Floats<S>,
     pub t_out: Floats<S>,
@@ -189,7 +209,19 @@ impl<S: Simd> InBrick<S> {
     fn nowhere(simd: S) -> Self {
         let (zero, number, none) = (Floats::splat(simd, 0.0), Ints::splat(simd, 0), Mask::splat(simd, false));
         let (at, nothing) = ([zero; 3], [none; 3]);
-        Self { rays: none, brick: [number; 3], mask: number, s: zero, origin: at, t: zero, t_out: zero, t_end: zero, p: at, entry: nothing }
+        Self {
+            rays: none,
+            brick: [number; 3],
+            mask: number,
+            s: zero,
+            origin: at,
+            begin: zero,
+            t: zero,
+            t_out: zero,
+            t_end: zero,
+            p: at,
+            entry: nothing,
+        }
     }
 
     /// Takes over those of `new`.
@@ -201,6 +233,7 @@ impl<S: Simd> InBrick<S> {
         self.mask = is_new.select(new.mask, self.mask);
         self.s = is_new.select(new.s, self.s);
         self.origin = axes!(a => is_new.select(new.origin[a], self.origin[a]));
+        self.begin = is_new.select(new.begin, self.begin);
         self.t = is_new.select(new.t, self.t);
         self.t_out = is_new.select(new.t_out, self.t_out);
         self.t_end = is_new.select(new.t_end, self.t_end);
@@ -216,83 +249,100 @@ impl<S: Simd> InBrick<S> {
 }
 
 impl<'a> Field<'a> {
-    /// The first entries into the bone along `lines`, of the rays of `asked`, for s ≥ 0 within a span, before which there is none, or at
-    /// s = 0 or the box's face where that is inside.
-    pub fn first_hits<S: Simd>(
-        &self,
-        simd: S,
-        method: Method,
-        lines: &Lines<S>,
-        s_min: Floats<S>,
-        s_max: Floats<S>,
-        asked: Mask<S>,
-    ) -> Hits<S> {
+    /// The first entries into the bone along `part` of `lines`, of the rays of `asked`, or where that begins, or at the box's face, where
+    /// that is inside.
+    pub fn first_hits<S: Simd>(&self, simd: S, method: Method, lines: &Lines<S>, part: &Part<S>, asked: Mask<S>) -> Hits<S> {
         // Compiled by itself and called, for rays from the eye and for those to the light.
         simd.vectorize(
             #[inline(always)]
-            || self.walk(simd, method, lines, s_min, s_max, asked),
+            || self.walk(simd, method, lines, part, asked),
         )
     }
 
     #[inline(always)]
-    fn walk<S: Simd>(&self, simd: S, method: Method, lines: &Lines<S>, s_min: Floats<S>, s_max: Floats<S>, asked: Mask<S>) -> Hits<S> {
+    fn walk<S: Simd>(&self, simd: S, method: Method, lines: &Lines<S>, part: &Part<S>, asked: Mask<S>) -> Hits<S> {
         let mut hits = Hits::none(simd);
-        let bricks = self.map.dims().map(|n| n as i32);
-        if bricks.contains(&0) {
-            return hits;
-        }
-        let pace = Pace::new(simd, axes!(a => lines.direction[a].to_floats()));
-        let origin = axes!(a => lines.origin[a].to_floats());
-        let (s, s_out) = self.clip_to_box(&origin, &pace, s_min, s_max);
-        let there = bricks_of(lines.at(s));
-        let brick = axes!(a => there[a].max(0).min(bricks[a] - 1));
-        let (zero, none) = (Ints::splat(simd, 0), Mask::splat(simd, false));
-        let mut rays = Walkers { lines, pace, origin, s, s_out, s_max, brick, number: zero, distance: zero };
-        let mut walking = asked & s.simd_le(s_out);
-        let (mut at, mut place) = (InBrick::nowhere(simd), Place::nowhere(simd));
+        let (mut walk, mut walking) = self.begin(simd, lines, part, asked);
         while walking.any_true() {
-            // All rays first come to a place where they have to solve, be it bricks away, and then solve together.
-            let mut seeking = walking;
-            loop {
-                let is_new = seeking & !at.rays;
-                if is_new.any_true() {
-                    self.look_up(simd, &mut rays, is_new);
-                    let entering = is_new & rays.distance.simd_eq(0);
-                    if entering.any_true() {
-                        let (new, cells) = self.enter_brick(simd, &rays, entering);
-                        at.enter(&new);
-                        place.enter(&rays.pace, &new, &cells);
-                    }
-                }
-                let within = seeking & at.rays;
-                let mut arrived = none;
-                if within.any_true() {
+            let mut found_by_steps = Mask::splat(simd, false);
+            walking = self.arrive(
+                simd,
+                &mut walk,
+                walking,
+                #[inline(always)]
+                |walk, within| {
                     if let Method::Solver(Solver::Step(steps)) = method {
-                        let found = steps::walk(simd, self, steps.number(), &rays.pace, &at, within);
+                        let found = steps::walk(simd, self, steps.number(), &walk.rays.pace, &walk.at, within);
                         hits.add(&found);
-                        walking &= !found.found;
-                        arrived = found.found;
+                        found_by_steps |= found.found;
+                        found.found
                     } else {
-                        arrived = cells::advance(simd, self, &rays.pace, &at, &mut place, within);
+                        cells::advance(simd, self, &walk.rays.pace, &walk.at, &mut walk.place, within)
                     }
-                }
-                seeking &= !arrived;
-                if !seeking.any_true() {
-                    break;
-                }
-                at.rays &= !seeking;
-                let inside = self.leave(&mut rays, seeking);
-                walking &= !seeking | inside;
-                seeking &= inside;
-            }
+                },
+            );
+            walking &= !found_by_steps;
             if walking.any_true() {
-                let found = cells::solve(simd, self, method, &rays.pace, &at, &mut place, walking);
+                let found = cells::solve(simd, self, method, &walk.rays.pace, &walk.at, &mut walk.place, walking);
                 hits.add(&found);
                 walking &= !found.found;
             }
         }
-        hits.found &= hits.s.simd_le(s_max);
+        hits.found &= hits.s.simd_le(part.s_max);
         hits
+    }
+
+    /// Rays at the start of their way along the part of `lines` that is asked for, and which of `asked` have one.
+    #[inline(always)]
+    pub fn begin<'l, S: Simd>(&self, simd: S, lines: &'l Lines<S>, part: &Part<S>, asked: Mask<S>) -> (Walk<'l, S>, Mask<S>) {
+        let bricks = self.map.dims().map(|n| n as i32);
+        let pace = Pace::new(simd, axes!(a => lines.direction[a].to_floats()));
+        let origin = axes!(a => lines.origin[a].to_floats());
+        let (s, s_out) = self.clip_to_box(&origin, &pace, part);
+        let there = bricks_of(lines.at(s));
+        let brick = axes!(a => there[a].max(0).min(bricks[a] - 1));
+        let zero = Ints::splat(simd, 0);
+        let rays = Walkers { lines, pace, origin, s, s_out, part: *part, brick, number: zero, distance: zero };
+        let walking = if bricks.contains(&0) { Mask::splat(simd, false) } else { asked & s.simd_le(s_out) };
+        (Walk { rays, at: InBrick::nowhere(simd), place: Place::nowhere(simd) }, walking)
+    }
+
+    /// Takes the rays of `seeking` to the next place where something must be solved, be it bricks away, and says which of them get to one;
+    /// the others have left the box, or what is asked for. `in_brick` says which of some rays within bricks have arrived.
+    #[inline(always)]
+    pub fn arrive<S: Simd>(
+        &self,
+        simd: S,
+        walk: &mut Walk<'_, S>,
+        mut seeking: Mask<S>,
+        mut in_brick: impl FnMut(&mut Walk<'_, S>, Mask<S>) -> Mask<S>,
+    ) -> Mask<S> {
+        let none = Mask::splat(simd, false);
+        let mut there = none;
+        loop {
+            let is_new = seeking & !walk.at.rays;
+            if is_new.any_true() {
+                self.look_up(simd, &mut walk.rays, is_new);
+                let entering = is_new & walk.rays.distance.simd_eq(0);
+                if entering.any_true() {
+                    let (new, cells) = self.enter_brick(simd, &walk.rays, entering);
+                    walk.at.enter(&new);
+                    walk.place.enter(&walk.rays.pace, &new, &cells);
+                }
+            }
+            let within = seeking & walk.at.rays;
+            let arrived = if within.any_true() { in_brick(walk, within) } else { none };
+            there |= arrived;
+            seeking &= !arrived;
+            if !seeking.any_true() {
+                return there;
+            }
+            walk.at.rays &= !seeking;
+            seeking &= self.leave(&mut walk.rays, seeking);
+            if !seeking.any_true() {
+                return there;
+            }
+        }
     }
 
     /// Takes the rays of `of` to the brick behind the block of bricks that are known to be empty, or behind their brick alone, and says
@@ -337,15 +387,15 @@ impl<'a> Field<'a> {
 
     /// First and last s within the box of the interpolant, and the span that is asked for; the first is the larger where it is missed.
     #[inline(always)]
-    fn clip_to_box<S: Simd>(&self, origin: &Vecs<S>, pace: &Pace<S>, s_min: Floats<S>, s_max: Floats<S>) -> (Floats<S>, Floats<S>) {
-        let simd = s_min.token();
+    fn clip_to_box<S: Simd>(&self, origin: &Vecs<S>, pace: &Pace<S>, part: &Part<S>) -> (Floats<S>, Floats<S>) {
+        let simd = part.begin.token();
         let zero = Floats::splat(simd, 0.0);
         let last = self.dims.map(|n| Floats::splat(simd, (n - 1) as f32));
         let beside = axes!(a => !pace.moves[a] & (origin[a].simd_lt(zero) | origin[a].simd_gt(last[a])));
         let near = axes!(a => pace.until_plane(a, pace.forward[a].select(zero, last[a]), origin[a], 0.0));
         let far = axes!(a => pace.until_plane(a, pace.forward[a].select(last[a], zero), origin[a], FAR));
-        let s_in = s_min.max(zero).max(near[0]).max(near[1]).max(near[2]);
-        let s_out = s_max.min(far[0]).min(far[1]).min(far[2]);
+        let s_in = part.s_min.max(part.begin).max(near[0]).max(near[1]).max(near[2]);
+        let s_out = part.s_max.min(far[0]).min(far[1]).min(far[2]);
         (s_in, (beside[0] | beside[1] | beside[2]).select(Floats::splat(simd, -FAR), s_out))
     }
 
@@ -353,7 +403,7 @@ impl<'a> Field<'a> {
     /// first and last of these cells along each side; some miss it.
     #[inline(always)]
     fn enter_brick<S: Simd>(&self, simd: S, rays: &Walkers<'_, S>, of: Mask<S>) -> (InBrick<S>, [Vecs<S>; 2]) {
-        let Walkers { ref pace, s, s_max, brick, .. } = *rays;
+        let Walkers { ref pace, s, part, brick, .. } = *rays;
         let (mut mask, mut cells) = ([0; LANES], [0; LANES]);
         let number = rays.number.to_array();
         for lane in numbers(of) {
@@ -366,18 +416,22 @@ impl<'a> Field<'a> {
         let corner = axes!(a => brick[a] * BRICK as i32);
         let from = rays.lines.at(s);
         let origin = axes!(a => (from[a] - Doubles::of(corner[a].to_float())).to_floats());
-        // From here on t is relative to s: small numbers, small errors. Never before the eye.
+        // From here on t is relative to s: small numbers, small errors. Never before the line begins.
+        let t_begin = part.begin - s;
         let near = axes!(a => pace.forward[a].select(first[a], end[a]));
         let far = axes!(a => pace.until_plane(a, pace.forward[a].select(end[a], first[a]), origin[a], FAR));
         let t_near = axes!(a => -pace.until_plane(a, near[a], origin[a], -FAR));
         let (t_entry, axis) = least(&t_near);
-        let through_face = (-t_entry).simd_gt(-s);
-        let t = through_face.select(-t_entry, -s);
+        let through_face = (-t_entry).simd_gt(t_begin);
+        let t = through_face.select(-t_entry, t_begin);
         let t_out = far[0].min(far[1]).min(far[2]);
         let entry = axes!(a => axis[a] & through_face);
         let p = axes!(a => entry[a].select(near[a], (origin[a] + t * pace.direction[a]).max(first[a]).min(end[a])));
         let rays = of & t.simd_lt(t_out);
-        (InBrick { rays, brick, mask, s, origin, t, t_out, t_end: t_out.min(s_max - s), p, entry }, [first, axes!(a => end[a] - 1.0)])
+        (
+            InBrick { rays, brick, mask, s, origin, t, t_out, t_end: t_out.min(part.s_max - s), begin: part.begin, p, entry },
+            [first, axes!(a => end[a] - 1.0)],
+        )
     }
 
     /// Which of the rays of `of` are in cells that can hold the surface.
@@ -392,7 +446,7 @@ impl<'a> Field<'a> {
         of & (shifted & 1).simd_eq(1)
     }
 
-    /// What a ray meets that is inside where it enters a brick: the box's face, the eye's position, or (within rounding of a
+    /// What a ray meets that is inside where it enters a brick: the box's face, the line's start, or (within rounding of a
     /// face between two bricks) the isosurface.
     #[inline(always)]
     pub fn met_at_entry<S: Simd>(&self, simd: S, pace: &Pace<S>, at: &InBrick<S>) -> Met<S> {
@@ -400,7 +454,7 @@ impl<'a> Field<'a> {
             let outermost = pace.forward[a].select(Ints::splat(simd, 0), Ints::splat(simd, self.dims[a] - 1));
             at.entry[a] & (at.brick[a] * BRICK as i32 + at.p[a].to_int::<Ints<S>>()).simd_eq(outermost)
         });
-        Met { face, eye: !(at.entry[0] | at.entry[1] | at.entry[2]) }
+        Met { face, start: !(at.entry[0] | at.entry[1] | at.entry[2]) }
     }
 
     /// Corner values of cells relative to the level, positive inside; corner x + 2y + 4z is at (x, y, z).
@@ -409,13 +463,6 @@ impl<'a> Field<'a> {
         let f = self.source.corners(simd, self.dims, cell, of);
         let at = |c: usize| self.sign * (f[c] - self.level);
         [at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7)]
-    }
-
-    /// Outward direction of the isosurface in index space.
-    #[inline(always)]
-    pub fn outward<S: Simd>(&self, simd: S, hits: &Hits<S>) -> Vecs<S> {
-        let gradient = self.source.smooth_gradient(simd, self.dims, &hits.cell, &hits.local, hits.found);
-        axes!(a => -self.sign * gradient[a])
     }
 }
 

@@ -37,6 +37,8 @@ impl Pair {
 pub(super) struct TraceParams {
     pub origin: PixelAffinePairs,
     pub direction: PixelAffinePairs,
+    pub world_origin: PixelAffinePairs,
+    pub world_direction: PixelAffinePairs,
     pub normal_to_world: [[f32; 4]; 3],
     pub dims: [i32; 3],
     pub level: f32,
@@ -53,7 +55,17 @@ pub(super) struct TraceParams {
     pub light_spans_origin: [f32; 3],
     pub passes: u32,
     pub light_blocks: [u32; 2],
+    pub cuts: u32,
+    pub analytic_normals: u32,
+    pub levels: u32,
+    pub table: u32,
+    pub gradients: u32,
+    pub table_per_unit: f32,
+    pub id: u32,
+    pub has_inner: u32,
     pub padding: [u32; 2],
+    pub inner: [f32; 4],
+    pub gradient_to_world: [[f32; 4]; 3],
 }
 
 /// `Block` of `shaders/blocks.wgsl`.
@@ -80,7 +92,11 @@ pub(super) struct ShadeParams {
     pub passes: u32,
     pub overlay: u32,
     pub shadows: u32,
-    pub padding: u32,
+    pub cue_per_mm: f32,
+    pub background: [f32; 4],
+    pub step_mm: f32,
+    pub jitter: u32,
+    pub padding: [u32; 2],
 }
 
 /// `ShadeLayer` of `shaders/shade.wgsl`.
@@ -158,6 +174,8 @@ mod tests {
             [
                 origin,
                 direction,
+                world_origin,
+                world_direction,
                 normal_to_world,
                 dims,
                 level,
@@ -173,7 +191,17 @@ mod tests {
                 to_light_spans,
                 light_spans_origin,
                 passes,
-                light_blocks
+                light_blocks,
+                cuts,
+                analytic_normals,
+                levels,
+                table,
+                gradients,
+                table_per_unit,
+                id,
+                has_inner,
+                inner,
+                gradient_to_world
             ]
         );
         same_layout!(&trace, "Double", Pair, [hi, lo]);
@@ -182,7 +210,24 @@ mod tests {
             &shade,
             "ShadeParams",
             ShadeParams,
-            [view_base, view_per_x, view_per_y, toward_light, ambient, diffuse, specular, shininess, stride, passes, overlay, shadows]
+            [
+                view_base,
+                view_per_x,
+                view_per_y,
+                toward_light,
+                ambient,
+                diffuse,
+                specular,
+                shininess,
+                stride,
+                passes,
+                overlay,
+                shadows,
+                cue_per_mm,
+                background,
+                step_mm,
+                jitter
+            ]
         );
         same_layout!(&shade, "ShadeLayer", ShadeLayer, [color, id]);
     }

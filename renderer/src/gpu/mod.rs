@@ -4,6 +4,7 @@
 mod blocks;
 mod device;
 mod layout;
+mod march;
 mod pipelines;
 mod plan;
 mod segments;
@@ -19,7 +20,8 @@ use crate::cell_masks::CellMasks;
 use crate::frame::{Frame, MapCache};
 use crate::occupancy::DistanceMap;
 use crate::roots::{PerVoxel, Solver, Steps};
-use crate::scene::{Picture, Scene};
+use crate::scene::{Mode, Picture, Scene};
+use crate::tone::colored;
 use crate::{InstructionSet, RenderError, Renderer, Split};
 use bregma_volume::Volume;
 use std::sync::{Arc, Weak};
@@ -32,6 +34,8 @@ macro_rules! wgsl {
         include_str!(concat!("../../../shaders/", $name, ".wgsl"))
     };
 }
+
+use wgsl;
 
 /// The WGSL of a solver's `first_entry` in a segment of a cell; of `filter` the part that does not depend on where samples lie.
 fn solver_source(solver: Solver) -> String {
@@ -72,6 +76,17 @@ enum Parts {
     Solve,
     /// Everything, for rays to the light.
     Shadow,
+    /// Through the whole volume, to one number.
+    Project(Projection),
+}
+
+/// What is gathered of a volume.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Projection {
+    /// The largest value, and not the integral.
+    is_max: bool,
+    /// Of the gradient's magnitude, and not of the value.
+    of_gradient: bool,
 }
 
 /// How a pass reads samples.
@@ -89,18 +104,38 @@ fn trace_source(reads: Reads, solver: Solver, parts: Parts) -> String {
     let samples = if parts == Parts::Walk { wgsl!("unread").to_owned() } else { samples.replace("SAMPLE", reads.component) };
     let filtered = if parts == Parts::Walk { "" } else { wgsl!("filtered") };
     let unsolved = [wgsl!("unsolved"), wgsl!("filter")].join("\n");
-    let solve = if matches!(parts, Parts::Solve | Parts::Shadow) { solver_source(solver) } else { unsolved };
+    let solve = if matches!(parts, Parts::Walk | Parts::Fetch) { unsolved } else { solver_source(solver) };
     let in_brick = match solver {
         Solver::Step(steps) => [wgsl!("interpolant"), &wgsl!("steps").replace("PER_VOXEL", per_voxel(steps))].join("\n"),
         Solver::Filter => [&solve, filtered, wgsl!("filter_cells")].join("\n"),
         _ => [&solve, wgsl!("cells")].join("\n"),
     };
-    [wgsl!("line"), &samples, &in_brick, wgsl!("walk"), wgsl!("blocks"), wgsl!("nearest"), wgsl!("trace")].join("\n")
+    let gradient = if in_brick.contains("fn blend(") { "" } else { wgsl!("interpolant") };
+    let project = match parts {
+        Parts::Project(Projection { is_max, of_gradient }) => {
+            wgsl!("project").replace("IS_MAX", &is_max.to_string()).replace("OF_GRADIENT", &of_gradient.to_string())
+        }
+        _ => String::new(),
+    };
+    let parts = [
+        wgsl!("line"),
+        &samples,
+        &in_brick,
+        gradient,
+        wgsl!("gradient"),
+        wgsl!("walk"),
+        wgsl!("cuts"),
+        wgsl!("blocks"),
+        wgsl!("nearest"),
+        wgsl!("trace"),
+        &project,
+    ];
+    parts.join("\n")
 }
 
 /// The WGSL of the shading pass.
 fn shade_source() -> String {
-    [wgsl!("blocks"), wgsl!("nearest"), wgsl!("shade")].join("\n")
+    [wgsl!("blocks"), wgsl!("nearest"), wgsl!("light"), wgsl!("shade")].join("\n")
 }
 
 /// Draws on the GPU. Keeps volumes, distance maps and pictures there between frames.
@@ -156,6 +191,13 @@ impl GpuRenderer {
     }
 
     fn draw(&mut self, frame: &Frame, scene: &Scene, width: u32, height: u32) -> Result<Picture, GpuError> {
+        if scene.mode.is_projection() {
+            let gathered = self.project(frame, scene, width, height)?;
+            return Ok(colored(frame, scene, width, height, &gathered));
+        }
+        if scene.mode == Mode::Dvr || scene.is_transparent() {
+            return self.march(frame, scene, width, height);
+        }
         let plan = self.plan(frame, scene, width, height, frame.layers.len())?;
         let target = match self.target.take() {
             Some(t) if t.fits(&plan, width, height) => t,
@@ -217,7 +259,13 @@ mod tests {
         // Fails when a part that no picture of the other tests needs no longer fits the rest: scans of more layers than a texture array
         // has, the passes that are only timed.
         for solver in Solver::ALL {
-            for parts in [Parts::Walk, Parts::Fetch, Parts::Solve, Parts::Shadow] {
+            let projections = [(true, true), (true, false), (false, true), (false, false)];
+            let projections = projections.map(|(is_max, of_gradient)| Parts::Project(Projection { is_max, of_gradient }));
+            for parts in [Parts::Walk, Parts::Fetch, Parts::Solve, Parts::Shadow].into_iter().chain(projections) {
+                // Projections have no solver.
+                if matches!(parts, Parts::Project(_)) && solver != Solver::Exact {
+                    continue;
+                }
                 for component in ["u32", "i32", "f32"] {
                     for in_layers in [false, true] {
                         // What hardware filters is float32, in a 3D texture.
@@ -230,6 +278,15 @@ mod tests {
                         assert!(valid.is_ok(), "{solver} {parts:?} {component} {in_layers}: {valid:?}");
                     }
                 }
+            }
+        }
+        let reads = |component, in_layers| Reads { component, in_layers };
+        for gather in [march::Gather::Shells, march::Gather::Steps, march::Gather::Exact] {
+            for volumes in [vec![reads("i32", true)], vec![reads("f32", false), reads("u32", true), reads("u32", true)]] {
+                let source = march::source(&volumes, gather);
+                let module = naga::front::wgsl::parse_str(&source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&source)));
+                let valid = Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module);
+                assert!(valid.is_ok(), "{gather:?} of {}: {valid:?}", volumes.len());
             }
         }
     }

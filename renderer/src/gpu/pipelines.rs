@@ -3,7 +3,8 @@
 use super::blocks::{BLOCK_PIXELS, pixel_in_block};
 use super::device::{Gpu, GpuError};
 use super::layout::{Block, TraceParams};
-use super::plan::Plan;
+use super::march::March;
+use super::plan::{Plan, VolumeOnGpu};
 use super::stamps::Stamps;
 use super::{Parts, Reads, shade_source, trace_source};
 use crate::frame::Frame;
@@ -20,24 +21,26 @@ use wgpu::{
 
 /// A pass over volumes of one component type, with one solver.
 #[derive(Debug)]
-struct Trace {
+pub(super) struct Trace {
     reads: Reads,
     solver: Solver,
     parts: Parts,
     layout: wgpu::BindGroupLayout,
-    pipeline: wgpu::ComputePipeline,
+    pub pipeline: wgpu::ComputePipeline,
 }
 
 /// All pipelines, each compiled when it is first used.
 #[derive(Debug)]
 pub(super) struct Pipelines {
-    trace: Vec<Trace>,
+    pub trace: Vec<Trace>,
     shade_layout: wgpu::BindGroupLayout,
     shade: wgpu::ComputePipeline,
     /// The hardware's trilinear filter, for the solver `filter`.
     pub filter: wgpu::Sampler,
     /// For fetches of four texels.
-    nearest: wgpu::Sampler,
+    pub nearest: wgpu::Sampler,
+    /// Passes through all volumes at once.
+    pub march: Vec<March>,
 }
 
 pub(super) fn entry(binding: u32, ty: BindingType) -> BindGroupLayoutEntry {
@@ -52,8 +55,24 @@ pub(super) fn bound(binding: u32, resource: wgpu::BindingResource<'_>) -> BindGr
     BindGroupEntry { binding, resource }
 }
 
+/// The samples of a volume.
+pub(super) fn samples_binding(reads: Reads, is_filtered: bool) -> BindingType {
+    let sample_type = match reads.component {
+        "u32" => TextureSampleType::Uint,
+        "i32" => TextureSampleType::Sint,
+        _ => TextureSampleType::Float { filterable: is_filtered },
+    };
+    volume_texture(sample_type, if reads.in_layers { TextureViewDimension::D2Array } else { TextureViewDimension::D3 })
+}
+
+/// The view of the samples of a volume: of a single layer the default is no array.
+pub(super) fn samples_view(volume: &VolumeOnGpu) -> wgpu::TextureView {
+    let dimension = volume.reads.in_layers.then_some(TextureViewDimension::D2Array);
+    volume.samples.create_view(&wgpu::TextureViewDescriptor { dimension, ..Default::default() })
+}
+
 /// A texture whose numbers are read one by one.
-fn numbers(format: TextureFormat, view_dimension: TextureViewDimension) -> BindingType {
+pub(super) fn numbers(format: TextureFormat, view_dimension: TextureViewDimension) -> BindingType {
     BindingType::StorageTexture { access: StorageTextureAccess::ReadOnly, format, view_dimension }
 }
 
@@ -62,7 +81,7 @@ pub(super) fn volume_texture(sample_type: TextureSampleType, view_dimension: Tex
 }
 
 /// The records of `size` bytes of some blocks in a buffer.
-fn part<'a>(buffer: &'a wgpu::Buffer, blocks: &Range<usize>, size: usize) -> wgpu::BindingResource<'a> {
+pub(super) fn part<'a>(buffer: &'a wgpu::Buffer, blocks: &Range<usize>, size: usize) -> wgpu::BindingResource<'a> {
     let (offset, bytes) = ((blocks.start * size) as u64, (blocks.len() * size) as u64);
     wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset, size: wgpu::BufferSize::new(bytes) })
 }
@@ -99,26 +118,22 @@ impl Pipelines {
         let descriptor = wgpu::SamplerDescriptor { label: Some("filter"), mag_filter: linear, min_filter: linear, ..Default::default() };
         let filter = gpu.device.create_sampler(&descriptor);
         let nearest = gpu.device.create_sampler(&Default::default());
-        Self { trace: vec![], shade_layout, shade, filter, nearest }
+        Self { trace: vec![], shade_layout, shade, filter, nearest, march: vec![] }
     }
 
     /// Compiles the pass for `reads`, `solver` and `parts`, if it is not yet; its number.
-    fn trace(&mut self, gpu: &Gpu, reads: Reads, solver: Solver, parts: Parts) -> usize {
+    pub fn trace(&mut self, gpu: &Gpu, reads: Reads, solver: Solver, parts: Parts) -> usize {
         if let Some(known) = self.trace.iter().position(|t| t.reads == reads && t.solver == solver && t.parts == parts) {
             return known;
         }
-        let sample_type = match reads.component {
-            "u32" => TextureSampleType::Uint,
-            "i32" => TextureSampleType::Sint,
-            _ => TextureSampleType::Float { filterable: solver == Solver::Filter },
-        };
         let mut entries = vec![
             entry(0, storage(true)),
-            entry(1, volume_texture(sample_type, if reads.in_layers { TextureViewDimension::D2Array } else { TextureViewDimension::D3 })),
+            entry(1, samples_binding(reads, solver == Solver::Filter)),
             entry(2, numbers(TextureFormat::Rg32Uint, TextureViewDimension::D3)),
             entry(3, storage(false)),
             entry(5, numbers(TextureFormat::R32Uint, TextureViewDimension::D2)),
             entry(6, storage(true)),
+            entry(9, storage(true)),
         ];
         if solver == Solver::Filter {
             entries.push(entry(4, BindingType::Sampler(SamplerBindingType::Filtering)));
@@ -128,14 +143,18 @@ impl Pipelines {
         if parts == Parts::Shadow {
             entries.extend([entry(7, storage(false)), entry(8, storage(true))]);
         }
-        let name = if parts == Parts::Shadow { "shadow" } else { "trace" };
+        let name = match parts {
+            Parts::Shadow => "shadow",
+            Parts::Project(_) => "project",
+            _ => "trace",
+        };
         let (layout, pipeline) = compile(gpu, name, &trace_source(reads, solver, parts), &entries);
         self.trace.push(Trace { reads, solver, parts, layout, pipeline });
         self.trace.len() - 1
     }
 
     /// Everything that pass `pass` of the plan reads and writes for some blocks, with `params` instead of its own.
-    fn trace_group(
+    pub fn trace_group(
         &self,
         gpu: &Gpu,
         number: usize,
@@ -146,9 +165,7 @@ impl Pipelines {
     ) -> wgpu::BindGroup {
         let (trace, volume) = (&self.trace[number], &plan.volumes[pass]);
         let params = filled_buffer(gpu, bytemuck::bytes_of(params), BufferUsages::STORAGE);
-        // Of a single layer the default is no array.
-        let dimension = volume.reads.in_layers.then_some(TextureViewDimension::D2Array);
-        let samples = volume.samples.create_view(&wgpu::TextureViewDescriptor { dimension, ..Default::default() });
+        let samples = samples_view(volume);
         let [map, masks] = [&volume.map, &volume.masks].map(|t| t.create_view(&Default::default()));
         let texture = wgpu::BindingResource::TextureView;
         let mut entries = vec![
@@ -158,6 +175,7 @@ impl Pipelines {
             bound(3, hits.as_entire_binding()),
             bound(5, texture(&masks)),
             bound(6, part(&volume.blocks, blocks, size_of::<Block>())),
+            bound(9, volume.extras.as_entire_binding()),
         ];
         if trace.solver == Solver::Filter {
             entries.push(bound(4, wgpu::BindingResource::Sampler(&self.filter)));
@@ -259,7 +277,12 @@ pub(super) fn hit_buffer(gpu: &Gpu, plan: &Plan, passes: usize) -> wgpu::Buffer 
 }
 
 fn storage_buffer(gpu: &Gpu, size: u64) -> wgpu::Buffer {
-    gpu.device.create_buffer(&wgpu::BufferDescriptor { label: Some("hits"), size, usage: BufferUsages::STORAGE, mapped_at_creation: false })
+    gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("hits"),
+        size,
+        usage: BufferUsages::STORAGE | BufferUsages::COPY_SRC,
+        mapped_at_creation: false,
+    })
 }
 
 pub(super) fn filled_buffer(gpu: &Gpu, bytes: &[u8], usage: BufferUsages) -> wgpu::Buffer {
@@ -317,11 +340,9 @@ impl Target {
     /// Waits for the picture and copies it to memory.
     pub fn read(&self, gpu: &Gpu, plan: &Plan, frame: &Frame, scene: &Scene) -> Result<Picture, GpuError> {
         let (width, height) = (self.width, self.height);
-        let count = width as usize * height as usize;
         let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0).round() as u8;
         let background = scene.background.map_or([0; 4], |c| [byte(c.0[0]), byte(c.0[1]), byte(c.0[2]), 255]);
-        let mut picture =
-            Picture { width, height, rgba: vec![background; count], depth_mm: vec![f32::NAN; count], volume_id: vec![0; count] };
+        let mut picture = Picture::of(background, width, height);
         if plan.blocks.is_empty() {
             return Ok(picture);
         }

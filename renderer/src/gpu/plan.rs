@@ -4,9 +4,10 @@ use super::blocks::{self, BLOCK_PIXELS};
 use super::layout::{Block, Pair, PixelAffinePairs, ShadeLayer, ShadeParams, TraceParams, padded, padded_matrix};
 use super::pipelines::{HIT_BYTES, Pixel, filled_buffer};
 use super::{BATCH, GpuError, GpuRenderer, Reads, upload};
+use crate::clip::Half;
 use crate::frame::{Frame, FrameLayer};
 use crate::roots::Solver;
-use crate::scene::{Mode, Scene};
+use crate::scene::{Integrator, Mode, Normals, Scene};
 use crate::spans::BLOCK;
 use std::ops::Range;
 
@@ -56,6 +57,29 @@ pub(super) struct VolumeOnGpu {
     pub blocks: wgpu::Buffer,
     /// How far the light sees, in a scene with shadows.
     pub light_spans: Option<wgpu::Buffer>,
+    /// Cuts, levels with their paints, the table of steps, and gradients with their factors: `extras` of `shaders/cuts.wgsl`.
+    pub extras: wgpu::Buffer,
+}
+
+/// What passes over a layer read one by one, see [`VolumeOnGpu::extras`].
+fn extras_of(layer: &FrameLayer) -> Vec<[f32; 4]> {
+    let cut = |half: &Half, radius: f32| {
+        let normal = half.normal.as_vec3();
+        // The offset as a pair: its digits beyond float32 would move the cut by less than a pixel shows, but not alike on both renderers.
+        let rest = (half.offset_mm - f64::from(half.offset_mm as f32)) as f32;
+        [normal.extend(half.offset_mm as f32).to_array(), [radius, rest, 0.0, 0.0]]
+    };
+    let planes = layer.region.halves.iter().flat_map(|half| cut(half, -1.0));
+    let tubes = layer.region.tubes.iter().flat_map(|tube| tube.across.iter().flat_map(|half| cut(half, tube.radius_mm as f32)));
+    let levels = layer.levels.iter().zip(&layer.paints).flat_map(|(&level, paint)| [[level, 0.0, 0.0, 0.0], paint.to_array()]);
+    let table = layer.steps.entries.iter().map(|entry| entry.to_array());
+    let gradients = layer.gradient_factors.iter().map(|&[magnitude, factor]| [magnitude, factor, 0.0, 0.0]);
+    let mut extras: Vec<[f32; 4]> = planes.chain(tubes).chain(levels).chain(table).chain(gradients).collect();
+    // A buffer has at least one.
+    if extras.is_empty() {
+        extras.push([0.0; 4]);
+    }
+    extras
 }
 
 impl GpuRenderer {
@@ -73,13 +97,14 @@ impl GpuRenderer {
             return Err(GpuError::TooManyVolumes { count: scene.layers.len(), most: MOST_VOLUMES });
         }
         let mut volumes = Vec::new();
+        let finds_surfaces = matches!(scene.mode, Mode::Iso | Mode::Overlay) && !scene.is_transparent();
         // A volume without cells has nothing to walk, and a texture needs at least one brick.
         let layers: Vec<_> = frame.layers.iter().filter(|l| !l.surface.grid.is_flat()).collect();
         let pixels = blocks::seen(&layers);
         for layer in &layers {
             let volume = &layer.surface.volume;
             let (samples, reads) = match scene.solver {
-                Solver::Filter => (self.filtered_texture(volume)?, Reads { component: "f32", in_layers: false }),
+                Solver::Filter if finds_surfaces => (self.filtered_texture(volume)?, Reads { component: "f32", in_layers: false }),
                 _ => {
                     let (component, in_layers) = (upload::kind_of(volume.samples()).1, upload::has_layers(&self.gpu, volume));
                     (self.sample_texture(volume)?, Reads { component, in_layers })
@@ -91,7 +116,8 @@ impl GpuRenderer {
             let blocks = filled_buffer(&self.gpu, bytemuck::cast_slice(&blocks), wgpu::BufferUsages::STORAGE);
             let near = &layer.light_spans.near;
             let light_spans = scene.shadows.then(|| filled_buffer(&self.gpu, bytemuck::cast_slice(near), wgpu::BufferUsages::STORAGE));
-            volumes.push(VolumeOnGpu { samples, reads, map, masks, blocks, light_spans });
+            let extras = filled_buffer(&self.gpu, bytemuck::cast_slice(&extras_of(layer)), wgpu::BufferUsages::STORAGE);
+            volumes.push(VolumeOnGpu { samples, reads, map, masks, blocks, light_spans, extras });
         }
         let pixels_at_once = limits.max_storage_buffer_binding_size / (HIT_BYTES * slots.max(1) as u64);
         let most = (pixels_at_once as usize / BLOCK_PIXELS).min(BATCH);
@@ -101,6 +127,8 @@ impl GpuRenderer {
         let trace = |(pass, layer): (usize, &&FrameLayer)| TraceParams {
             origin: PixelAffinePairs::new(&layer.rays.origin),
             direction: PixelAffinePairs::new(&layer.rays.direction),
+            world_origin: PixelAffinePairs::new(&frame.based_rays.origin),
+            world_direction: PixelAffinePairs::new(&frame.based_rays.direction),
             normal_to_world: padded_matrix(layer.normal_to_world),
             dims: layer.surface.grid.dims().map(|n| n as i32),
             level: layer.level,
@@ -117,7 +145,17 @@ impl GpuRenderer {
             light_spans_origin: layer.light_spans.from_index.translation.as_vec3().to_array(),
             passes: layers.len() as u32,
             light_blocks: layer.light_spans.size,
+            cuts: (layer.region.halves.len() + 2 * layer.region.tubes.len()) as u32,
+            analytic_normals: u32::from(scene.normals == Normals::Analytic),
+            levels: layer.levels.len() as u32,
+            table: layer.steps.entries.len() as u32,
+            gradients: layer.gradient_factors.len() as u32,
+            table_per_unit: layer.steps.per_unit,
+            id: layer.index as u32 + 1,
+            has_inner: u32::from(layer.inner.is_some()),
             padding: [0; 2],
+            inner: padded(layer.inner.unwrap_or_default()),
+            gradient_to_world: padded_matrix(layer.gradient_to_world),
         };
         let view = frame.world_rays.direction;
         let shade = ShadeParams {
@@ -133,7 +171,11 @@ impl GpuRenderer {
             passes: layers.len() as u32,
             overlay: u32::from(scene.mode == Mode::Overlay),
             shadows: u32::from(scene.shadows),
-            padding: 0,
+            cue_per_mm: frame.cue_per_mm,
+            background: frame.background.to_array(),
+            step_mm: frame.step_mm,
+            jitter: u32::from(matches!(scene.integrator, Integrator::Steps { jitter: true, .. })),
+            padding: [0; 2],
         };
         let color = |l: &&FrameLayer| ShadeLayer { color: l.color.extend(l.opacity).to_array(), id: l.index as u32 + 1, padding: [0; 3] };
         let trace = layers.iter().enumerate().map(trace).collect();

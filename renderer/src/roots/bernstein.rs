@@ -13,7 +13,7 @@ use fearless_simd::Simd;
 /// Bernstein coefficients, over the segment from `p` to `q` (local coordinates in [0, 1]³), of the trilinear interpolant of
 /// the corner values `f`, where corner x + 2y + 4z is at (x, y, z).
 #[inline(always)]
-pub(super) fn bernstein<S: Simd>(f: &[Floats<S>; 8], p: &Vecs<S>, q: &Vecs<S>) -> [Floats<S>; 4] {
+pub(crate) fn bernstein<S: Simd>(f: &[Floats<S>; 8], p: &Vecs<S>, q: &Vecs<S>) -> [Floats<S>; 4] {
     // px_y0z0 reads: x at p, on the edge y = 0, z = 0.
     let (px_y0z0, px_y1z0) = (mix(f[0], f[1], p[0]), mix(f[2], f[3], p[0]));
     let (px_y0z1, px_y1z1) = (mix(f[4], f[5], p[0]), mix(f[6], f[7], p[0]));

@@ -13,7 +13,7 @@ use fearless_simd::prelude::*;
 
 /// The cubic at u.
 #[inline(always)]
-pub(super) fn value<S: Simd>(b: &[Floats<S>; 4], u: Floats<S>) -> Floats<S> {
+pub(crate) fn value<S: Simd>(b: &[Floats<S>; 4], u: Floats<S>) -> Floats<S> {
     let m = 1.0 - u;
     (b[0] * m + 3.0 * b[1] * u) * m * m + (3.0 * b[2] * m + b[3] * u) * u * u
 }
@@ -33,7 +33,7 @@ fn bends<S: Simd>(b: &[Floats<S>; 4]) -> [Floats<S>; 2] {
 
 /// Where the derivative vanishes, ascending; 1 stands for none.
 #[inline(always)]
-fn turning_points<S: Simd>(simd: S, b: &[Floats<S>; 4]) -> [Floats<S>; 2] {
+pub(crate) fn turning_points<S: Simd>(simd: S, b: &[Floats<S>; 4]) -> [Floats<S>; 2] {
     let (d0, d1, d2) = (b[1] - b[0], b[2] - b[1], b[3] - b[2]);
     // Scaled to 1: their squares would vanish for values of 1e-20, and overflow for 1e20.
     let largest = d0.abs().max(d1.abs()).max(d2.abs());
@@ -68,7 +68,7 @@ const REST_TOLERANCE: f32 = 1e-7;
 
 /// The only entry in (low, high), from outside to inside; `f_low` and `f_high` are the values there. Only for the lanes of `sought`.
 #[inline(always)]
-fn refine<S: Simd>(
+pub(crate) fn refine<S: Simd>(
     b: &[Floats<S>; 4],
     mut low: Floats<S>,
     f_low: Floats<S>,

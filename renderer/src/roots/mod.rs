@@ -3,8 +3,8 @@
 //! timed is the method and not the choice: the GPU's walk is compiled for each on its own, the CPU's chooses once for sixteen rays.
 
 mod analytic;
-mod bernstein;
-mod cubic;
+pub(crate) mod bernstein;
+pub(crate) mod cubic;
 mod exact;
 mod linear;
 mod marmitt;

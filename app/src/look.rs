@@ -1,0 +1,194 @@
+//! What options say of how a scene looks, for `render` and `bench` alike.
+
+use crate::commands::{CommandError, set_each};
+use crate::input::Opened;
+use crate::presets;
+use bregma_renderer::{Clip, Color, CutFace, Integrator, Mode, Normals, Shape, Shell, Window};
+use clap::{Args, ValueEnum};
+use glam::DVec3;
+
+/// How the scene looks.
+#[derive(Debug, Args)]
+pub struct LookArgs {
+    /// Surfaces keep the light from each other
+    #[arg(long)]
+    pub shadows: bool,
+    /// Opacity of surfaces that are drawn transparent, by overlay, or by iso, which draws all crossings then: once for all, or once for each
+    /// volume
+    #[arg(long, value_name = "V", value_parser = crate::args::share, value_delimiter = ',')]
+    pub opacity: Vec<f64>,
+    /// Surface colour RRGGBB: once for all, or once for each volume
+    #[arg(long, value_name = "HEX", value_parser = crate::args::color, value_delimiter = ',')]
+    pub color: Vec<Color>,
+    /// Colour of surfaces seen from within the bone, where they are transparent: once for all, or once for each volume
+    #[arg(long, value_name = "HEX", value_parser = crate::args::color, value_delimiter = ',')]
+    pub inner_color: Vec<Color>,
+    /// A further isosurface of volume N (from 1), where surfaces are transparent; may be given again
+    #[arg(long, value_name = "N:ISO,HEX,OPACITY", value_parser = shell, allow_hyphen_values = true)]
+    pub shell: Vec<(usize, Shell)>,
+    /// How dvr colours values: bone, skin-and-bone, dry-skull, mummy, µct, one of your own, or a file: once for all, or once for each volume
+    #[arg(long, value_name = "NAME|FILE", value_delimiter = ',')]
+    pub transfer: Vec<String>,
+    /// How dvr integrates: exact, or steps:N with N points in a voxel's length [default: steps:2]
+    #[arg(long, value_name = "exact|steps:N", value_parser = integrator)]
+    pub integrator: Option<Integrator>,
+    /// Every pixel's first step of dvr is whole: rings instead of noise
+    #[arg(long)]
+    pub no_jitter: bool,
+    /// Which gradient shades
+    #[arg(long, value_enum)]
+    pub normals: Option<NormalsName>,
+    /// max, mean and xray of the gradient's magnitude, per mm
+    #[arg(long)]
+    pub gradient: bool,
+    /// From black to white, in values; what the picture holds when absent
+    #[arg(long, value_name = "W", value_parser = crate::args::positive, requires = "level")]
+    pub window: Option<f64>,
+    /// The middle of the window
+    #[arg(long, value_name = "L", value_parser = crate::args::number, allow_hyphen_values = true, requires = "window")]
+    pub level: Option<f64>,
+    /// Keeps n·x ≤ D, mm, of all volumes, or of volume N (from 1) alone; may be given again
+    #[arg(long, value_name = "NX,NY,NZ,D[@N]", value_parser = plane, allow_hyphen_values = true)]
+    pub clip: Vec<Clip>,
+    /// Keeps a box along the world's axes, mm
+    #[arg(long, value_name = "X0,Y0,Z0,X1,Y1,Z1[@N]", value_parser = cuboid, allow_hyphen_values = true)]
+    pub crop: Option<Clip>,
+    /// Keeps a cylinder along a direction, mm: a point of its axis, the direction, the radius
+    #[arg(long, value_name = "X,Y,Z,DX,DY,DZ,R[@N]", value_parser = cylinder, allow_hyphen_values = true)]
+    pub cylinder: Option<Clip>,
+    /// What cuts show of a volume
+    #[arg(long, value_enum)]
+    pub cut_face: Option<CutFaceName>,
+    /// How much of the background's colour the farthest takes on, 0 to 1
+    #[arg(long, value_name = "V", value_parser = crate::args::share)]
+    pub depth_cue: Option<f64>,
+}
+
+/// A gradient by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum NormalsName {
+    /// Central differences, interpolated: no edges between cells.
+    Smooth,
+    /// Of the interpolant itself.
+    Analytic,
+}
+
+/// What a cut shows, by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum CutFaceName {
+    /// The bone's section in its colour.
+    Bone,
+    /// All values as grey.
+    Density,
+    /// All volumes' values in their colours, added.
+    Blend,
+    /// The first volume's values less the second's.
+    Difference,
+}
+
+impl LookArgs {
+    /// Gives the scene this look, in `mode` where that is asked for.
+    pub fn apply(&self, opened: &mut Opened, mode: Option<Mode>) -> Result<(), CommandError> {
+        let scene = &mut opened.scene;
+        scene.mode = mode.unwrap_or(scene.mode);
+        if !self.transfer.is_empty() {
+            let looks = self.transfer.iter().map(|name| presets::find(name)).collect::<Result<Vec<_>, _>>()?;
+            set_each(&mut scene.layers, &looks, "--transfer", |layer, look| layer.transfer = Some(look.transfer.clone()))?;
+        }
+        set_each(&mut scene.layers, &self.opacity, "--opacity", |layer, v| layer.opacity = *v as f32)?;
+        set_each(&mut scene.layers, &self.color, "--color", |layer, c| layer.color = *c)?;
+        set_each(&mut scene.layers, &self.inner_color, "--inner-color", |layer, c| layer.inner_color = Some(*c))?;
+        let count = scene.layers.len();
+        let missing = |n: usize| CommandError::Usage(format!("there is no volume {n}; there are {count}, counted from 1"));
+        for (n, shell) in &self.shell {
+            scene.layers.get_mut(n - 1).ok_or_else(|| missing(*n))?.shells.push(*shell);
+        }
+        scene.transparent |= scene.mode == Mode::Iso && !(self.opacity.is_empty() && self.shell.is_empty());
+        scene.shadows |= self.shadows;
+        scene.of_gradient |= self.gradient;
+        scene.integrator = self.integrator.unwrap_or(scene.integrator);
+        if let (true, Integrator::Steps { jitter, .. }) = (self.no_jitter, &mut scene.integrator) {
+            *jitter = false;
+        }
+        scene.normals = match self.normals {
+            Some(NormalsName::Smooth) => Normals::Smooth,
+            Some(NormalsName::Analytic) => Normals::Analytic,
+            None => scene.normals,
+        };
+        scene.cut_face = match self.cut_face {
+            Some(CutFaceName::Bone) => CutFace::Bone,
+            Some(CutFaceName::Density) => CutFace::Density,
+            Some(CutFaceName::Blend) => CutFace::Blend,
+            Some(CutFaceName::Difference) => CutFace::Difference,
+            None => scene.cut_face,
+        };
+        if let (Some(width), Some(level)) = (self.window, self.level) {
+            scene.window = Some(Window { width, level });
+        }
+        for clip in self.clip.iter().chain(&self.crop).chain(&self.cylinder) {
+            if let Some(n) = clip.layers.iter().flatten().find(|n| **n >= count) {
+                return Err(missing(n + 1));
+            }
+            scene.clips.push(clip.clone());
+        }
+        scene.depth_cue = self.depth_cue.map_or(scene.depth_cue, |v| v as f32);
+        Ok(())
+    }
+}
+
+fn integrator(text: &str) -> Result<Integrator, String> {
+    if text == "exact" {
+        return Ok(Integrator::Exact);
+    }
+    let count = text.strip_prefix("steps:").and_then(|n| n.parse::<f32>().ok()).filter(|n| (0.01..=1000.0).contains(n));
+    let steps = |per_voxel| Integrator::Steps { per_voxel, jitter: true };
+    count.map(steps).ok_or_else(|| "neither `exact` nor `steps:N` with N from 0.01 to 1000 points in a voxel's length".into())
+}
+
+fn shell(text: &str) -> Result<(usize, Shell), String> {
+    let parse = || {
+        let (n, rest) = text.split_once(':')?;
+        let [iso, color, opacity] = <[&str; 3]>::try_from(rest.split(',').collect::<Vec<_>>()).ok()?;
+        let opacity = opacity.parse::<f32>().ok().filter(|o| (0.0..=1.0).contains(o))?;
+        let iso = iso.parse::<f64>().ok().filter(|v| v.is_finite())?;
+        Some((n.parse::<usize>().ok().filter(|n| *n > 0)?, Shell { iso, color: Color::from_hex(color)?, opacity }))
+    };
+    parse().ok_or_else(|| "not a volume's number, an isovalue, a colour and an opacity such as 1:-300,d9a184,0.25".into())
+}
+
+/// Numbers, and the layer that stands behind `@`.
+fn placed<const N: usize>(text: &str, shape: impl Fn([f64; N]) -> Result<Shape, String>) -> Result<Clip, String> {
+    let (text, layer) = match text.split_once('@') {
+        Some((text, layer)) => {
+            (text, Some(layer.parse::<usize>().ok().filter(|n| *n > 0).ok_or("@ needs the number of a volume, from 1")?))
+        }
+        None => (text, None),
+    };
+    let shape = shape(crate::args::numbers::<N>(text)?)?;
+    Ok(Clip { layers: layer.map(|n| vec![n - 1]), ..Clip::all(shape) })
+}
+
+fn plane(text: &str) -> Result<Clip, String> {
+    placed(text, |[x, y, z, offset_mm]| match DVec3::new(x, y, z) {
+        normal if normal.length() > 0.0 => Ok(Shape::Plane { normal: normal.normalize(), offset_mm: offset_mm / normal.length() }),
+        _ => Err("a plane needs a normal that is not 0".into()),
+    })
+}
+
+fn cuboid(text: &str) -> Result<Clip, String> {
+    placed(text, |[x0, y0, z0, x1, y1, z1]| {
+        let (low_mm, high_mm) = (DVec3::new(x0, y0, z0), DVec3::new(x1, y1, z1));
+        if low_mm.cmplt(high_mm).all() {
+            Ok(Shape::Box { low_mm, high_mm })
+        } else {
+            Err("its first corner is not below its second".into())
+        }
+    })
+}
+
+fn cylinder(text: &str) -> Result<Clip, String> {
+    placed(text, |[x, y, z, dx, dy, dz, radius_mm]| match DVec3::new(dx, dy, dz).try_normalize() {
+        Some(axis) if radius_mm > 0.0 => Ok(Shape::Cylinder { centre_mm: DVec3::new(x, y, z), axis, radius_mm }),
+        _ => Err("a cylinder needs a direction and a positive radius".into()),
+    })
+}

@@ -1,0 +1,174 @@
+//! Ready-made looks: transfer functions with isosurfaces, each a small file. Those of the program are built in; users' own lie beside its
+//! settings and go before them.
+
+use bregma_renderer::{Color, Layer, Shell, TransferFunction, Values};
+use bregma_volume::Volume;
+use serde::{Deserialize, Serialize};
+use std::fs;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// An isosurface of a preset; its value is of the kind that the preset's points are.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PresetSurface {
+    /// Where.
+    pub value: f64,
+    /// `RRGGBB`.
+    pub color: String,
+    /// 0 to 1.
+    pub opacity: f32,
+}
+
+/// A look.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Preset {
+    /// Colour and opacity for direct volume rendering.
+    #[serde(flatten)]
+    pub transfer: TransferFunction,
+    /// Isosurfaces, from the outside in; the last one is the layer's own.
+    #[serde(default)]
+    pub surfaces: Vec<PresetSurface>,
+}
+
+/// Why there is no such preset.
+#[derive(Debug, Error)]
+pub enum PresetError {
+    /// Neither a preset's name nor a file.
+    #[error("{name}: no preset and no file; there are {known}, or write a file as docs/guide.md says")]
+    Unknown {
+        /// As it was asked for.
+        name: String,
+        /// The names.
+        known: String,
+    },
+    /// A file that is not what it should be.
+    #[error("{}: {reason}", file.display())]
+    Broken {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong and where.
+        reason: String,
+    },
+}
+
+const BUILT_IN: [&str; 5] = [
+    include_str!("../presets/bone.json"),
+    include_str!("../presets/skin-and-bone.json"),
+    include_str!("../presets/dry-skull.json"),
+    include_str!("../presets/mummy.json"),
+    include_str!("../presets/micro-ct.json"),
+];
+
+/// Where users keep their own: `bregma/presets` in the folder for settings.
+pub fn own_folder() -> Option<PathBuf> {
+    let set = |name: &str| std::env::var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
+    let settings = set("XDG_CONFIG_HOME").or_else(|| set("APPDATA")).or_else(|| set("HOME").map(|home| home.join(".config")));
+    settings.map(|folder| folder.join("bregma").join("presets"))
+}
+
+/// All presets by name, users' own first; files that cannot be read are left out, and reported.
+pub fn all() -> (Vec<Preset>, Vec<PresetError>) {
+    let mut files: Vec<PathBuf> =
+        own_folder().and_then(|folder| fs::read_dir(folder).ok()).into_iter().flatten().flatten().map(|e| e.path()).collect();
+    files.sort();
+    let (mut presets, mut errors) = (vec![], vec![]);
+    for file in files {
+        match read(&file) {
+            Ok(preset) => presets.push(preset),
+            Err(error) => errors.push(error),
+        }
+    }
+    presets.extend(BUILT_IN.into_iter().filter_map(|text| parse(text, "").ok()));
+    (presets, errors)
+}
+
+/// The preset of that name, or in that file.
+pub fn find(name: &str) -> Result<Preset, PresetError> {
+    let (presets, errors) = all();
+    let same = |preset: &Preset| preset.transfer.name.to_lowercase().replace(' ', "-") == name.to_lowercase().replace(' ', "-");
+    if let Some(preset) = presets.iter().find(|p| same(p)) {
+        return Ok(preset.clone());
+    }
+    if Path::new(name).exists() {
+        return read(Path::new(name));
+    }
+    if let Some(error) = errors.into_iter().next() {
+        return Err(error);
+    }
+    let known = presets.iter().map(|p| p.transfer.name.as_str()).collect::<Vec<_>>().join(", ");
+    Err(PresetError::Unknown { name: name.into(), known })
+}
+
+fn read(file: &Path) -> Result<Preset, PresetError> {
+    let broken = |reason: String| PresetError::Broken { file: file.to_owned(), reason };
+    let text = fs::read_to_string(file).map_err(|e| broken(format!("cannot be read ({e})")))?;
+    let name = file.file_stem().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    parse(&text, &name).map_err(broken)
+}
+
+fn parse(text: &str, name: &str) -> Result<Preset, String> {
+    let transfer = TransferFunction::read(text, name)?;
+    let surfaces = if text.trim_start().starts_with('{') {
+        let preset: Preset = serde_json::from_str(text).map_err(|e| format!("is no preset: {e}"))?;
+        preset.surfaces
+    } else {
+        vec![]
+    };
+    match surfaces.iter().find(|s| Color::from_hex(&s.color).is_none() || !(0.0..=1.0).contains(&s.opacity)) {
+        Some(s) => Err(format!("its surface at {} has no colour RRGGBB, or an opacity that is not between 0 and 1", s.value)),
+        None => Ok(Preset { transfer, surfaces }),
+    }
+}
+
+impl Preset {
+    /// Gives a layer this look.
+    pub fn apply(&self, layer: &mut Layer, volume: &Volume) {
+        let low = volume.range()[0];
+        let own_iso = layer.iso;
+        let value = |v: f64| match self.transfer.values {
+            Values::Scan => v,
+            Values::Isovalue => low + v * (own_iso - low),
+        };
+        layer.transfer = Some(self.transfer.clone());
+        let shell = |s: &PresetSurface| Color::from_hex(&s.color).map(|color| Shell { iso: value(s.value), color, opacity: s.opacity });
+        let mut shells: Vec<Shell> = self.surfaces.iter().filter_map(shell).collect();
+        if let Some(own) = shells.pop() {
+            (layer.iso, layer.color, layer.opacity, layer.shells) = (own.iso, own.color, own.opacity, shells);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+    use super::*;
+
+    #[test]
+    fn every_built_in_preset_is_one() {
+        // Fails if a file has a mistake: it would be missing from the list without a word.
+        for text in BUILT_IN {
+            let preset = parse(text, "").unwrap();
+            assert!(!preset.transfer.name.is_empty() && !preset.surfaces.is_empty());
+            assert_eq!(find(&preset.transfer.name).unwrap(), preset);
+        }
+        assert!(find("nonsense").unwrap_err().to_string().contains("skin and bone"));
+    }
+
+    #[test]
+    fn tables_of_lines_are_read_and_their_mistakes_named() {
+        // Fails if the older program's tables, or what is wrong with one, are not understood.
+        let table = "# value r g b a\n-200 0 0 0 0\n300; 255; 128; 0; 0.5  # bone\n1000,255,255,255,1\n";
+        let preset = parse(table, "old").unwrap();
+        assert_eq!((preset.transfer.name.as_str(), preset.transfer.points.len()), ("old", 3));
+        assert_eq!(preset.transfer.points[1].opacity, 0.5);
+        for (broken, says) in [
+            ("1 2 3\n", "line 1"),
+            ("1 0 0 0 2\n", "between 0 and 1"),
+            ("5 0 0 0 0\n4 0 0 0 0\n", "ascend"),
+            ("", "no points"),
+            ("{\"name\": 3}", "no transfer function"),
+        ] {
+            assert!(parse(broken, "x").unwrap_err().contains(says), "{broken}");
+        }
+    }
+}

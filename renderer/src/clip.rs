@@ -1,0 +1,167 @@
+//! What is cut away: half-spaces and cylinders, and what of a volume's rays they leave.
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+/// A part of the world that is kept; LPS mm.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Shape {
+    /// One side of a plane: n·x ≤ offset.
+    Plane {
+        /// Toward what is cut away; unit.
+        normal: DVec3,
+        /// How far the plane lies along it from the origin.
+        offset_mm: f64,
+    },
+    /// What lies within a box along the axes of the world.
+    Box {
+        /// Its lowest corner.
+        low_mm: DVec3,
+        /// Its highest.
+        high_mm: DVec3,
+    },
+    /// What lies within an endless cylinder.
+    Cylinder {
+        /// A point of its axis.
+        centre_mm: DVec3,
+        /// Along its axis; unit.
+        axis: DVec3,
+        /// Its radius.
+        radius_mm: f64,
+    },
+}
+
+/// A cut through one volume or all.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Clip {
+    /// What is kept.
+    #[serde(flatten)]
+    pub shape: Shape,
+    /// The layers that it cuts, from 0; all when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub layers: Option<Vec<usize>>,
+    /// Whether it cuts at the moment.
+    #[serde(default = "yes")]
+    pub enabled: bool,
+}
+
+fn yes() -> bool {
+    true
+}
+
+impl Clip {
+    /// Through all layers.
+    pub fn all(shape: Shape) -> Self {
+        Self { shape, layers: None, enabled: true }
+    }
+
+    /// The plane through three points, keeping what is on the side that they are counted around clockwise; none where they lie on a line.
+    pub fn through([a, b, c]: [DVec3; 3]) -> Option<Self> {
+        let normal = (b - a).cross(c - a).try_normalize()?;
+        Some(Self::all(Shape::Plane { normal, offset_mm: normal.dot(a) }))
+    }
+
+    /// Whether it cuts the layer of number `index`.
+    pub fn cuts(&self, index: usize) -> bool {
+        self.enabled && self.layers.as_ref().is_none_or(|layers| layers.contains(&index))
+    }
+}
+
+/// One side of a plane: normal·p ≤ offset; the normal is unit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Half {
+    pub normal: DVec3,
+    pub offset_mm: f64,
+}
+
+/// The inside of a cylinder: how far p is from its axis along two directions across it, each as a normal and an offset, is at most the radius.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Tube {
+    pub across: [Half; 2],
+    pub radius_mm: f64,
+}
+
+/// What the cuts leave of one volume, in the world.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Region {
+    pub halves: Vec<Half>,
+    pub tubes: Vec<Tube>,
+}
+
+impl Region {
+    /// What `clips` leave of the layer of number `index`.
+    pub fn of(clips: &[Clip], index: usize) -> Self {
+        let half = |normal: DVec3, offset_mm: f64| Half { normal, offset_mm };
+        let mut region = Self::default();
+        for clip in clips.iter().filter(|clip| clip.cuts(index)) {
+            match clip.shape {
+                Shape::Plane { normal, offset_mm } => {
+                    // One that has no direction cuts nothing.
+                    region.halves.extend(normal.try_normalize().map(|unit| half(unit, offset_mm / normal.length())));
+                }
+                Shape::Box { low_mm, high_mm } => {
+                    for axis in DVec3::AXES {
+                        region.halves.extend([half(axis, high_mm.dot(axis)), half(-axis, -low_mm.dot(axis))]);
+                    }
+                }
+                Shape::Cylinder { centre_mm, axis, radius_mm } => {
+                    let Some(axis) = axis.try_normalize() else { continue };
+                    let (u, v) = axis.any_orthonormal_pair();
+                    region.tubes.push(Tube { across: [half(u, u.dot(centre_mm)), half(v, v.dot(centre_mm))], radius_mm });
+                }
+            }
+        }
+        region
+    }
+
+    /// Whether nothing is cut away.
+    pub fn is_all(&self) -> bool {
+        self.halves.is_empty() && self.tubes.is_empty()
+    }
+
+    /// Where the line `origin + s·direction` is within, for s from `from` to `to`: the first is the larger where it is not.
+    pub fn interval(&self, origin: DVec3, direction: DVec3, [from, to]: [f64; 2]) -> [f64; 2] {
+        let (mut from, mut to) = (from, to);
+        for half in &self.halves {
+            let (rate, room) = (half.normal.dot(direction), half.offset_mm - half.normal.dot(origin));
+            if rate < 0.0 {
+                from = from.max(room / rate);
+            } else if rate > 0.0 {
+                to = to.min(room / rate);
+            } else if room < 0.0 {
+                to = f64::NEG_INFINITY;
+            }
+        }
+        for tube in &self.tubes {
+            let [enter, leave] = tube.interval(origin, direction);
+            (from, to) = (from.max(enter), to.min(leave));
+        }
+        [from, to]
+    }
+}
+
+impl Tube {
+    /// Where a line is within; the first is the larger where it never is.
+    fn interval(&self, origin: DVec3, direction: DVec3) -> [f64; 2] {
+        let at = self.across.map(|half| half.normal.dot(origin) - half.offset_mm);
+        let rate = self.across.map(|half| half.normal.dot(direction));
+        let a = rate[0] * rate[0] + rate[1] * rate[1];
+        let b = at[0] * rate[0] + at[1] * rate[1];
+        let c = at[0] * at[0] + at[1] * at[1] - self.radius_mm * self.radius_mm;
+        if a == 0.0 {
+            return if c <= 0.0 { [f64::NEG_INFINITY, f64::INFINITY] } else { [f64::INFINITY, f64::NEG_INFINITY] };
+        }
+        let discriminant = b * b - a * c;
+        if discriminant < 0.0 {
+            return [f64::INFINITY, f64::NEG_INFINITY];
+        }
+        // Both roots without cancellation (Numerical Recipes, 5.6).
+        let k = -(b + discriminant.sqrt().copysign(b));
+        if k == 0.0 {
+            return [0.0, 0.0];
+        }
+        let (first, second) = (k / a, c / k);
+        [first.min(second), first.max(second)]
+    }
+}

@@ -1,0 +1,150 @@
+//! Transparent isosurfaces: every crossing of every level of every volume, from front to back.
+//!
+//! The twin of `shaders/shells.wgsl`.
+
+use super::View;
+use super::march::{Stretch, Traveller, put_behind};
+use super::pieces::{Next, count, next, paint_of};
+use crate::frame::Frame;
+use crate::lanes::{Floats, Ints, Mask, axes};
+use crate::scene::Scene;
+use fearless_simd::Simd;
+use fearless_simd::prelude::*;
+
+/// From here on what lies behind is not looked at, and what is gathered counts as opaque.
+pub(super) const ENOUGH: f32 = 0.95;
+
+/// What rays have gathered.
+pub(super) struct Gathered<S: Simd> {
+    /// Premultiplied linear colour and opacity.
+    pub color: [Floats<S>; 4],
+    /// Depth behind the base plane and 1-based layer of what is drawn first; 0 where nothing is.
+    pub s: Floats<S>,
+    pub id: Floats<S>,
+}
+
+impl<S: Simd> Gathered<S> {
+    #[inline(always)]
+    pub fn nothing(simd: S) -> Self {
+        let zero = Floats::splat(simd, 0.0);
+        Self { color: [zero; 4], s: zero, id: zero }
+    }
+
+    /// What is opaque enough is opaque.
+    #[inline(always)]
+    pub fn filled(mut self, enough: f32) -> Self {
+        let full = self.color[3].simd_ge(enough);
+        let scale = full.select(1.0 / self.color[3], Floats::splat(self.s.token(), 1.0));
+        self.color = self.color.map(
+            #[inline(always)]
+            |c| c * scale,
+        );
+        self
+    }
+}
+
+/// A crossing that is the next of its volume.
+struct Pending<S: Simd> {
+    u: Floats<S>,
+    s: Floats<S>,
+    there: Mask<S>,
+    rises: Mask<S>,
+    /// At the entry of the cell.
+    at_entry: Mask<S>,
+}
+
+/// Gathers what is crossed along a stretch; says which rays need no more.
+#[inline(always)]
+pub(super) fn gather<S: Simd>(
+    simd: S,
+    frame: &Frame,
+    scene: &Scene,
+    view: &View<S>,
+    travellers: &mut [Traveller<'_, S>],
+    stretch: &Stretch<S>,
+    all: &mut Gathered<S>,
+) -> Mask<S> {
+    let none = Mask::splat(simd, false);
+    let far = Floats::splat(simd, super::walk::FAR);
+    let mut pending: Vec<Pending<S>> = travellers
+        .iter()
+        .map(
+            #[inline(always)]
+            |t| {
+                let (of, u) = (t.covers(stretch), t.part(stretch.from));
+                first(simd, t, stretch, u, of, of & t.fresh)
+            },
+        )
+        .collect();
+    loop {
+        // The nearest of each ray; of equal ones the first volume's.
+        let (mut s, mut whose) = (far, Floats::splat(simd, -1.0));
+        let mut any = none;
+        for (n, p) in pending.iter().enumerate() {
+            let nearer = p.there & (!any | p.s.simd_lt(s));
+            s = nearer.select(p.s, s);
+            whose = nearer.select(Floats::splat(simd, n as f32), whose);
+            any |= p.there;
+        }
+        if !any.any_true() {
+            return none;
+        }
+        for (n, (t, p)) in travellers.iter_mut().zip(&mut pending).enumerate() {
+            let now = p.there & whose.simd_eq(n as f32);
+            if !now.any_true() {
+                continue;
+            }
+            let level = p.rises.select(t.above, t.above - 1);
+            let paint = paint_of(simd, &t.layer.paints, level, now);
+            let mut base = axes!(a => paint[a]);
+            if let Some(inner) = t.layer.inner {
+                base = axes!(a => p.rises.select(base[a], Floats::splat(simd, inner[a])));
+            }
+            let surface = t.normal(simd, scene, p.u, now);
+            let (closed, closing) = t.closing(simd, now & p.at_entry);
+            let normal = axes!(a => closed.select(closing[a], surface[a]));
+            let color = view.lit(simd, frame, scene, &base, &normal, p.s, now);
+            let is_first = now & all.id.simd_eq(0.0);
+            all.s = is_first.select(p.s, all.s);
+            all.id = is_first.select(Floats::splat(simd, (t.layer.index + 1) as f32), all.id);
+            put_behind(&mut all.color, &color, paint[3], now);
+            let one = Ints::splat(simd, 1);
+            t.above = now.select(p.rises.select(t.above + one, t.above - one), t.above);
+            let full = all.color[3].simd_ge(ENOUGH);
+            let following = first(simd, t, stretch, p.u, now & !full, now & p.at_entry);
+            p.u = now.select(following.u, p.u);
+            p.s = now.select(following.s, p.s);
+            p.there = (p.there & !now) | following.there;
+            p.rises = (p.rises & !now) | following.rises;
+            p.at_entry = (p.at_entry & !now) | following.at_entry;
+        }
+        let full = all.color[3].simd_ge(ENOUGH);
+        if full.any_true() {
+            pending.iter_mut().for_each(|p| p.there &= !full);
+        }
+        if pending.iter().all(|p| !p.there.any_true()) {
+            return full & stretch.of;
+        }
+    }
+}
+
+/// The first crossing from u on, in the lanes of `of`; of these some are at the entry of their cells.
+#[inline(always)]
+fn first<S: Simd>(simd: S, t: &Traveller<'_, S>, stretch: &Stretch<S>, mut u: Floats<S>, of: Mask<S>, fresh: Mask<S>) -> Pending<S> {
+    let levels = &t.layer.levels;
+    let (s0, length) = (t.cell.s[0], t.cell.s[1] - t.cell.s[0]);
+    // Where a cell is entered on the other side of a level than the one before was left: at the box's face, a cut, or by rounding.
+    let at_start = count(simd, levels, t.cubic[0]);
+    let (mut there, mut rises) = (of & fresh & at_start.simd_ne(t.above), of & fresh & at_start.simd_gt(t.above));
+    let at_entry = there;
+    let end = t.part(stretch.to);
+    let mut sought = of & !there & u.simd_lt(end);
+    while sought.any_true() {
+        let Next { u: at, passes, rises: up } = next(simd, &t.cubic, levels, u, end, t.above, sought);
+        u = sought.select(at, u);
+        there |= passes & sought;
+        rises |= up & passes & sought;
+        sought &= !passes & u.simd_lt(end);
+    }
+    Pending { u, s: s0 + u * length, there, rises, at_entry }
+}

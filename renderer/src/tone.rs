@@ -1,0 +1,97 @@
+//! From the numbers of a projection to a picture: the same for both renderers.
+
+use crate::frame::{Frame, FrameLayer};
+use crate::scene::{Mode, Picture, Scene, Window};
+use rayon::prelude::*;
+
+/// What a pixel's ray has gathered of one layer, relative to its level and in sample units: the largest value or the integral over depth, and
+/// the depth over which that was integrated. NaN where the ray has not met the volume.
+pub(crate) type Gathered = [f32; 2];
+
+/// A projection's value in a layer's values, the length that it is of, and what is seen of it: of an integral what is more than air's.
+struct Value {
+    value: f64,
+    length_mm: f64,
+    seen: f64,
+}
+
+/// Colours the picture of a projection; `gathered` holds for each pixel what each layer has given.
+pub(crate) fn colored(frame: &Frame, scene: &Scene, width: u32, height: u32, gathered: &[Gathered]) -> Picture {
+    let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0).round() as u8;
+    let background = scene.background.map_or([0; 4], |c| [byte(c.0[0]), byte(c.0[1]), byte(c.0[2]), 255]);
+    let mut picture = Picture::of(background, width, height);
+    picture.values = vec![f32::NAN; picture.rgba.len()];
+    let count = frame.layers.len();
+    if count == 0 {
+        return picture;
+    }
+    let value = |n: usize, layer: &FrameLayer, [value, depth]: Gathered| -> Option<Value> {
+        if value.is_nan() {
+            return None;
+        }
+        let (at, depth) = (if scene.of_gradient { 0.0 } else { layer.value_at_level }, f64::from(depth));
+        let value = f64::from(value) * layer.value_scale;
+        let mm = frame.world_rays.direction.at(n as u32 % width, n as u32 / width).length();
+        let length_mm = depth * mm;
+        let value = match scene.mode {
+            Mode::Mean => at + if depth > 0.0 { value / depth } else { 0.0 },
+            Mode::Xray => (value + at * depth) * mm,
+            _ => value + at,
+        };
+        let air = if scene.mode == Mode::Xray && !scene.of_gradient { layer.air } else { 0.0 };
+        Some(Value { value, length_mm, seen: value - air * length_mm })
+    };
+    let values_of = |n: usize| {
+        frame.layers.iter().zip(&gathered[n * count..]).map({
+            let value = &value;
+            move |(layer, g)| value(n, layer, *g)
+        })
+    };
+    picture.values.par_iter_mut().enumerate().for_each(|(n, together)| *together = of_all(scene.mode, values_of(n).flatten()) as f32);
+    let seen = (0..picture.rgba.len()).into_par_iter().flat_map_iter(|n| values_of(n).flatten().map(|v| [v.seen; 2]));
+    let range = seen.reduce_with(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
+    let window = scene.window.unwrap_or_else(|| Window::between(range.unwrap_or([0.0, 1.0])));
+    let brightness = |value: f64| {
+        let b = window.brightness(value) as f32;
+        // A film is the blacker, the less it was shielded (Beer); bone is white, as on a light box.
+        if scene.mode == Mode::Xray { (-FILM * b).exp_m1() / (-FILM).exp_m1() } else { b }
+    };
+    picture.rgba.par_iter_mut().zip(&mut picture.volume_id).enumerate().for_each(|(n, (rgba, id))| {
+        let (mut color, mut best) = ([0.0_f32; 3], None::<f64>);
+        for (layer, value) in frame.layers.iter().zip(values_of(n)) {
+            let Some(Value { seen: value, .. }) = value else { continue };
+            if best.is_none_or(|b| value > b) {
+                (best, *id) = (Some(value), (layer.index + 1) as u8);
+            }
+            // One volume is grey; of several each has its colour, and they add up.
+            let tint = if count == 1 { [1.0; 3] } else { scene.layers[layer.index].color.0 };
+            (0..3).for_each(|a| color[a] += tint[a] * brightness(value));
+        }
+        if best.is_some() {
+            *rgba = [byte(color[0]), byte(color[1]), byte(color[2]), 255];
+        }
+    });
+    picture
+}
+
+/// Optical depth of the brightest point of an X-ray: dark enough for contrast, and not yet black all over.
+const FILM: f32 = 3.0;
+
+/// The value of all volumes together.
+fn of_all(mode: Mode, values: impl Iterator<Item = Value>) -> f64 {
+    let (mut result, mut length_mm, mut any) = (0.0, 0.0, false);
+    for one in values {
+        match mode {
+            Mode::Mean => result += one.value * one.length_mm,
+            Mode::Xray => result += one.value,
+            _ => result = if any { one.value.max(result) } else { one.value },
+        }
+        (length_mm, any) = (length_mm + one.length_mm, true);
+    }
+    match mode {
+        _ if !any => f64::NAN,
+        Mode::Mean if length_mm > 0.0 => result / length_mm,
+        Mode::Mean => f64::NAN,
+        _ => result,
+    }
+}

@@ -1,0 +1,172 @@
+//! How values become colour and opacity.
+
+use bregma_volume::Volume;
+use glam::{Vec3, Vec4};
+use serde::{Deserialize, Serialize};
+
+use crate::scene::Color;
+
+/// What the values of a transfer function's points are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Values {
+    /// The scan's: HU where the file says so.
+    #[default]
+    Scan,
+    /// 0 is the lowest value of the scan, 1 the isovalue of its layer; so it fits scans of any unit, and follows the isovalue.
+    Isovalue,
+}
+
+/// Colour and opacity at one value.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Point {
+    /// In the function's [`Values`].
+    pub value: f64,
+    /// Its colour.
+    #[serde(with = "crate::scene::hex")]
+    pub color: Color,
+    /// What of the light a layer keeps that is [`TransferFunction::over_mm`] thick: 0 to 1.
+    pub opacity: f64,
+}
+
+/// A factor of the opacity where the value changes so fast.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GradientPoint {
+    /// Magnitude of the gradient, in values per mm.
+    pub per_mm: f64,
+    /// 0 to 1.
+    pub factor: f64,
+}
+
+/// Colour and opacity over value, and optionally opacity over the gradient's magnitude. Between points the colour (as light) and the
+/// extinction, −ln(1 − opacity) per thickness, are linear; beyond the first and last they stay as there.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TransferFunction {
+    /// What people call it.
+    pub name: String,
+    /// What the points' values are.
+    #[serde(default)]
+    pub values: Values,
+    /// Thickness that opacities are for, mm; the geometric mean of the scan's spacings when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub over_mm: Option<f64>,
+    /// In ascending order of value.
+    pub points: Vec<Point>,
+    /// In ascending order; empty where the opacity does not depend on the gradient.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub gradient: Vec<GradientPoint>,
+}
+
+/// The extinction of an opacity of 1 would be infinite: this is as opaque as float32 can tell from 1.
+const MOST_OPACITY: f64 = 1.0 - 1e-7;
+
+/// A control point for one volume: value in the scan's unit, linear colour, extinction per mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Control {
+    /// In the scan's values.
+    pub value: f64,
+    /// As light.
+    pub color: Vec3,
+    /// Per mm.
+    pub extinction_per_mm: f64,
+}
+
+impl TransferFunction {
+    /// Bone of any scan: nothing below the isovalue, opaque soon above it.
+    pub fn bone() -> Self {
+        let point = |value: f64, rgb: [f32; 3], opacity: f64| Point { value, color: Color(rgb), opacity };
+        Self {
+            name: "bone".into(),
+            values: Values::Isovalue,
+            over_mm: None,
+            points: vec![point(0.85, [0.75, 0.55, 0.4], 0.0), point(1.0, [0.9, 0.8, 0.65], 0.3), point(1.4, [1.0, 0.97, 0.9], 0.9)],
+            gradient: vec![],
+        }
+    }
+
+    /// Reads the JSON form, or else a table: lines of value, red, green, blue (0 to 255) and opacity (0 to 1), apart by spaces, commas or
+    /// semicolons; `#` begins a remark.
+    pub fn read(text: &str, name: &str) -> Result<Self, String> {
+        let function = if text.trim_start().starts_with('{') {
+            serde_json::from_str(text).map_err(|e| format!("is no transfer function: {e}"))?
+        } else {
+            Self::read_table(text, name)?
+        };
+        function.checked()
+    }
+
+    fn read_table(text: &str, name: &str) -> Result<Self, String> {
+        let mut points = vec![];
+        for (line, number) in text.lines().zip(1..) {
+            let line = line.split('#').next().unwrap_or_default();
+            let fields: Vec<&str> = line.split([' ', '\t', ',', ';']).filter(|f| !f.is_empty()).collect();
+            if fields.is_empty() {
+                continue;
+            }
+            let numbers: Vec<f64> = fields.iter().filter_map(|f| f.parse().ok()).filter(|n: &f64| n.is_finite()).collect();
+            let (&[value, red, green, blue, opacity], 5) = (numbers.as_slice(), fields.len()) else {
+                return Err(format!("line {number} is not value, red, green, blue and opacity: {}", line.trim()));
+            };
+            let color = Color([red, green, blue].map(|c| (c / 255.0).clamp(0.0, 1.0) as f32));
+            points.push(Point { value, color, opacity });
+        }
+        Ok(Self { name: name.into(), values: Values::Scan, over_mm: None, points, gradient: vec![] })
+    }
+
+    fn checked(self) -> Result<Self, String> {
+        let ascending = |v: &[f64]| v.windows(2).all(|pair| pair[0] < pair[1]) && v.iter().all(|v| v.is_finite());
+        let share = |v: f64| (0.0..=1.0).contains(&v);
+        if self.points.is_empty() {
+            return Err("has no points; give it at least one".into());
+        }
+        if !ascending(&self.points.iter().map(|p| p.value).collect::<Vec<_>>()) {
+            return Err("has points whose values do not ascend; sort them and leave out those that stand twice".into());
+        }
+        if !ascending(&self.gradient.iter().map(|p| p.per_mm).collect::<Vec<_>>()) {
+            return Err("has gradients that do not ascend; sort them and leave out those that stand twice".into());
+        }
+        if !self.points.iter().all(|p| share(p.opacity)) || !self.gradient.iter().all(|p| share(p.factor)) {
+            return Err("has an opacity or factor that is not between 0 and 1".into());
+        }
+        if self.over_mm.is_some_and(|mm| !(mm > 0.0 && mm.is_finite())) {
+            return Err("has opacities for a thickness (over_mm) that is not above 0".into());
+        }
+        Ok(self)
+    }
+
+    /// Its control points for a volume whose layer has the isovalue `iso`, in ascending order of value.
+    pub fn controls(&self, volume: &Volume, iso: f64) -> Vec<Control> {
+        let over_mm = self.over_mm.unwrap_or_else(|| volume.grid().spacing_mm().to_array().iter().product::<f64>().cbrt());
+        let low = volume.range()[0];
+        let value = |v: f64| match self.values {
+            Values::Scan => v,
+            Values::Isovalue => low + v * (iso - low),
+        };
+        let control = |p: &Point| Control {
+            value: value(p.value),
+            color: p.color.linear(),
+            extinction_per_mm: -(-p.opacity.min(MOST_OPACITY)).ln_1p() / over_mm,
+        };
+        let mut controls: Vec<Control> = self.points.iter().map(control).collect();
+        // An isovalue below the lowest value would turn them round.
+        controls.sort_by(|a, b| a.value.total_cmp(&b.value));
+        controls
+    }
+}
+
+/// The lowest value from which on something may be seen; none where nothing is.
+pub(crate) fn lowest_visible(controls: &[Control]) -> Option<f64> {
+    let first = controls.iter().position(|c| c.extinction_per_mm > 0.0)?;
+    Some(if first == 0 { f64::NEG_INFINITY } else { controls[first - 1].value })
+}
+
+/// Linear colour, and extinction per mm, at a value.
+pub fn classify(controls: &[Control], value: f64) -> Vec4 {
+    let of = |c: &Control| c.color.extend(c.extinction_per_mm as f32);
+    let above = controls.partition_point(|c| c.value <= value);
+    match (above.checked_sub(1).map(|n| &controls[n]), controls.get(above)) {
+        (Some(a), Some(b)) => of(a).lerp(of(b), ((value - a.value) / (b.value - a.value)) as f32),
+        (Some(c), None) | (None, Some(c)) => of(c),
+        (None, None) => Vec4::ZERO,
+    }
+}

@@ -1,0 +1,72 @@
+// Where cuts let rays begin and end.
+// The twin of renderer/src/cpu/cuts.rs.
+
+// First the cuts, two of these each: the normal and the offset, mm; then the radius of a cylinder, or −1 for a plane, and what float32 lacks of
+// the offset. A cylinder has two cuts, one for each direction across it. Then what pieces.wgsl says.
+@group(0) @binding(9) var<storage, read> extras: array<vec4<f32>>;
+
+// The part of a ray that cuts leave.
+struct Kept {
+    // Where it begins, and where it ends; the first is the larger where nothing is left.
+    begin: f32,
+    end: f32,
+    // It begins at a cut, and not at the eye.
+    is_cut: bool,
+    // Of that cut, outward, unit, in the world.
+    normal: vec3<f32>,
+}
+
+// What is left of a line of the world from s = 0 on.
+fn kept(line: Line) -> Kept {
+    var part = Kept(0.0, FAR, false, vec3<f32>(0.0));
+    var n = 0u;
+    while n < params.cuts {
+        let normal = extras[2u * n].xyz;
+        let radius = extras[2u * n + 1u].x;
+        let along = along_cut(line, n);
+        if radius < 0.0 {
+            if along.y < 0.0 {
+                enter(&part, -along.x / along.y, normal);
+            } else if along.y > 0.0 {
+                part.end = min(part.end, -along.x / along.y);
+            } else if along.x > 0.0 {
+                part.end = -FAR;
+            }
+            n += 1u;
+        } else {
+            let other = along_cut(line, n + 1u);
+            let a = along.y * along.y + other.y * other.y;
+            let b = along.x * along.y + other.x * other.y;
+            let c = along.x * along.x + other.x * other.x - radius * radius;
+            let discriminant = b * b - a * c;
+            if a > 0.0 && discriminant > 0.0 {
+                let root = sqrt(discriminant);
+                let k = select(-(b + root), root - b, b < 0.0);
+                let first = min(k / a, c / k);
+                let x = (along.x + first * along.y) / radius;
+                let y = (other.x + first * other.y) / radius;
+                enter(&part, first, x * normal + y * extras[2u * n + 2u].xyz);
+                part.end = min(part.end, max(k / a, c / k));
+            } else if c > 0.0 {
+                part.end = -FAR;
+            }
+            n += 2u;
+        }
+    }
+    return part;
+}
+
+// How far beyond a cut a line begins, and by how much farther it gets with s.
+fn along_cut(line: Line, n: u32) -> vec2<f32> {
+    let cut = extras[2u * n];
+    let origin = (dot(cut.xyz, line.origin.hi) - cut.w) + (dot(cut.xyz, line.origin.lo) - extras[2u * n + 1u].y);
+    return vec2<f32>(origin, dot(cut.xyz, line.direction.hi));
+}
+
+fn enter(part: ptr<function, Kept>, s: f32, normal: vec3<f32>) {
+    if s > (*part).begin {
+        (*part).begin = s;
+        (*part).is_cut = true;
+        (*part).normal = normal;
+    }
+}

@@ -1,0 +1,58 @@
+// Phong's reflection in linear light, and what becomes of colours on their way.
+// The twin of renderer/src/cpu/shade.rs.
+
+struct ShadeParams {
+    // World direction of pixel (0, 0), and its change per pixel.
+    view_base: vec3<f32>,
+    view_per_x: vec3<f32>,
+    view_per_y: vec3<f32>,
+    toward_light: vec3<f32>,
+    ambient: f32,
+    diffuse: f32,
+    specular: f32,
+    shininess: f32,
+    // Hits of pass l start at l · stride.
+    stride: u32,
+    passes: u32,
+    // 1 where the mode is overlay.
+    overlay: u32,
+    // 1 where light can be kept from what is drawn.
+    shadows: u32,
+    // What the depth cue takes from a colour for each mm of depth.
+    cue_per_mm: f32,
+    // Linear and premultiplied.
+    background: vec4<f32>,
+    // Length of a step of direct volume rendering, and whether the first one begins anywhere.
+    step_mm: f32,
+    jitter: u32,
+}
+
+@group(0) @binding(0) var<storage, read> shade_params: ShadeParams;
+// The same, read once; see trace.wgsl.
+var<private> params: ShadeParams;
+
+fn phong(color: vec3<f32>, normal: vec3<f32>, view: vec3<f32>, is_lit: bool) -> vec3<f32> {
+    let cosine = dot(normal, params.toward_light);
+    let lambert = select(0.0, max(cosine, 0.0), is_lit);
+    let mirrored = 2.0 * cosine * normal - params.toward_light;
+    var highlight = 0.0;
+    let reflected = -dot(mirrored, view);
+    if lambert > 0.0 && reflected > 0.0 {
+        highlight = pow(reflected, params.shininess);
+    }
+    return color * (params.ambient + params.diffuse * lambert) + params.specular * highlight;
+}
+
+// A colour at depth s on its way to the background's.
+fn cued(color: vec3<f32>, s: f32) -> vec3<f32> {
+    let share = clamp(s * params.cue_per_mm, 0.0, 1.0);
+    return color * (1.0 - share) + params.background.rgb * share;
+}
+
+// A linear colour as sRGB.
+fn encode(color: vec3<f32>) -> vec3<f32> {
+    let c = clamp(color, vec3<f32>(0.0), vec3<f32>(1.0));
+    let low = 12.92 * c;
+    let high = 1.055 * pow(c, vec3<f32>(1.0 / 2.4)) - 0.055;
+    return select(high, low, c <= vec3<f32>(0.0031308));
+}

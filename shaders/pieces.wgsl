@@ -1,0 +1,84 @@
+// The interpolant along a ray through a cell, piece by piece: between where it turns, and where it passes one of some ascending levels.
+// The twin of renderer/src/cpu/pieces.rs, which says why each step is as it is.
+
+// Behind the cuts, `extras` holds two for each level: the level, and its paint (linear colour, and opacity or extinction per mm); then the
+// table of steps, and then gradients with their factors.
+fn level_at(n: i32) -> f32 {
+    return extras[2u * params.cuts + 2u * u32(n)].x;
+}
+
+fn paint_at(n: i32) -> vec4<f32> {
+    return extras[2u * params.cuts + 2u * u32(n) + 1u];
+}
+
+// The next end of a piece: where, whether a level is passed there, and whether values rise.
+struct Next {
+    u: f32,
+    passes: bool,
+    rises: bool,
+}
+
+// How many of the levels lie at or below a value.
+fn count_levels(v: f32) -> i32 {
+    var count = 0;
+    for (var n = 0; n < i32(params.levels); n++) {
+        count += select(0, 1, v >= level_at(n));
+    }
+    return count;
+}
+
+// The next end of a piece of the cubic b on the way from u to u_end, where `above` levels lie at or below the value at u.
+fn next_end(b: vec4<f32>, u: f32, u_end: f32, above: i32) -> Next {
+    let turns = turning_points(b);
+    let turn = select(select(1.0, turns.y, turns.y > u), turns.x, turns.x > u);
+    let end = min(turn, u_end);
+    let there = count_levels(cubic_value(b, end));
+    if there == above {
+        return Next(end, false, false);
+    }
+    let rises = there > above;
+    let level = level_at(select(above - 1, above, rises));
+    let g = select(-1.0, 1.0, rises) * (b - level);
+    let g_low = cubic_value(g, u);
+    if g_low >= 0.0 {
+        return Next(u, true, rises);
+    }
+    return Next(refine(g, u, g_low, end, cubic_value(g, end)), true, rises);
+}
+
+// What lies, at value v in the piece of number `above`, between what belongs to the levels on either side of it.
+fn paint_between(above: i32, v: f32) -> vec4<f32> {
+    let low = max(above - 1, 0);
+    let high = min(above, i32(params.levels) - 1);
+    let apart = level_at(high) - level_at(low);
+    var w = 0.0;
+    if apart > 0.0 {
+        w = clamp((v - level_at(low)) / apart, 0.0, 1.0);
+    }
+    return paint_at(low) + (paint_at(high) - paint_at(low)) * w;
+}
+
+// Linear colour, and opacity of a step, of a value.
+fn looked_up(v: f32) -> vec4<f32> {
+    let n = clamp(i32(floor(v * params.table_per_unit + 0.5)), 0, i32(params.table) - 1);
+    return extras[2u * (params.cuts + params.levels) + u32(n)];
+}
+
+// The factor of the extinction by the gradient's magnitude.
+fn gradient_factor(way: Crossing, u: f32) -> f32 {
+    let first = 2u * (params.cuts + params.levels) + params.table;
+    let local = way.start * (1.0 - u) + way.end * u;
+    let magnitude = length(params.gradient_to_world * gradient(way.lower, way.upper, local));
+    var below = extras[first].xy;
+    if magnitude < below.x {
+        return below.y;
+    }
+    for (var n = 1u; n < params.gradients; n++) {
+        let above = extras[first + n].xy;
+        if magnitude < above.x {
+            return below.y + (above.y - below.y) * ((magnitude - below.x) / (above.x - below.x));
+        }
+        below = above;
+    }
+    return below.y;
+}

@@ -1,0 +1,100 @@
+// Maximum and integral of the interpolant along rays, or of its gradient's magnitude. IS_MAX and OF_GRADIENT are replaced by true or false.
+// The twin of renderer/src/cpu/project.rs.
+
+// For each pixel the largest value or the integral over depth, the depth over which that is, and whether the ray has met the volume; relative
+// to the level, in sample units, and of gradients in these per mm.
+@compute @workgroup_size(64)
+fn project(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) n: u32) {
+    params = trace_params;
+    let block = blocks[group.x];
+    let pixel = block.pixel + pixel_in_block(n);
+    let part = kept(world_line_of(pixel));
+    var walk = begin_walk(line_of(pixel), part.begin, block.span.x, min(block.span.y, part.end));
+    var value = 0.0;
+    // What rounding has lost of it (Kahan 1965).
+    var lost = 0.0;
+    var depth = 0.0;
+    var found = 0.0;
+    if walk.s <= walk.s_out {
+        while arrive(&walk) {
+            var place = walk.place;
+            let way = until(cross_cell(walk.pace, walk.at, &place), walk.s_max);
+            walk.place = place;
+            let length = way.s.y - way.s.x;
+            var one = 0.0;
+            if OF_GRADIENT {
+                one = of_gradient(way);
+            } else {
+                one = of_values(way, value, found > 0.0);
+            }
+            if IS_MAX {
+                value = select(value, one, found == 0.0 || one > value);
+            } else {
+                let added = one * length - lost;
+                let sum = opaque(vec3<f32>(value + added)).x;
+                lost = opaque(vec3<f32>(sum - value)).x - added;
+                value = sum;
+                depth += length;
+            }
+            found = 1.0;
+        }
+    }
+    hits[params.pass_number * params.stride + group.x * BLOCK_PIXELS + n] = vec4<f32>(value, depth, 0.0, found);
+}
+
+// Ends where nothing more is asked for.
+fn until(whole: Crossing, s_max: f32) -> Crossing {
+    var way = whole;
+    if way.s.y > s_max {
+        let u = max((s_max - way.s.x) / (way.s.y - way.s.x), 0.0);
+        way.end = way.start * (1.0 - u) + way.end * u;
+        way.s.y = max(s_max, way.s.x);
+    }
+    return way;
+}
+
+// The largest or the mean of the values in a cell; a largest that is not above a known one may be any that is not.
+fn of_values(way: Crossing, known: f32, is_known: bool) -> f32 {
+    let b = bernstein(way.lower, way.upper, way.start, way.end);
+    if !IS_MAX {
+        return (b.x + b.y + b.z + b.w) * 0.25;
+    }
+    let ends = max(b.x, b.w);
+    if max(b.y, b.z) <= select(ends, max(ends, known), is_known) {
+        return ends;
+    }
+    let turns = turning_points(b);
+    return max(ends, max(cubic_value(b, turns.x), cubic_value(b, turns.y)));
+}
+
+const NODES: vec4<f32> = vec4<f32>(0.06943184420, 0.33000947821, 0.66999052179, 0.93056815580);
+const WEIGHTS: vec4<f32> = vec4<f32>(0.17392742257, 0.32607257743, 0.32607257743, 0.17392742257);
+const INTERVALS: u32 = 8u;
+
+// The largest or the mean of the gradient's magnitude in a cell, in sample units per mm.
+fn of_gradient(way: Crossing) -> f32 {
+    if !IS_MAX {
+        let at = vec4<f32>(magnitude(way, NODES.x), magnitude(way, NODES.y), magnitude(way, NODES.z), magnitude(way, NODES.w));
+        return dot(at, WEIGHTS);
+    }
+    let step = 1.0 / f32(INTERVALS);
+    var before = magnitude(way, 0.0);
+    var here = magnitude(way, step);
+    var largest = max(before, here);
+    for (var n = 1u; n < INTERVALS; n++) {
+        let after = magnitude(way, f32(n + 1u) * step);
+        let bend = before - 2.0 * here + after;
+        var top = 0.0;
+        if bend < 0.0 {
+            top = clamp(0.5 * (before - after) / bend, -1.0, 1.0);
+        }
+        largest = max(largest, max(after, magnitude(way, (top + f32(n)) * step)));
+        before = here;
+        here = after;
+    }
+    return largest;
+}
+
+fn magnitude(way: Crossing, u: f32) -> f32 {
+    return length(params.gradient_to_world * gradient(way.lower, way.upper, way.start * (1.0 - u) + way.end * u));
+}

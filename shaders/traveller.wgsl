@@ -1,0 +1,104 @@
+// One volume on the way of a ray through all.
+// The twin of `Traveller` in renderer/src/cpu/march.rs.
+
+struct Traveller {
+    // Whether the ray is on its way, whether it is in a cell, and whether it has just come to that.
+    open: bool,
+    has: bool,
+    fresh: bool,
+    // How many of the levels lie at or below the value here.
+    above: i32,
+    way: Crossing,
+    cubic: vec4<f32>,
+    part: Kept,
+}
+
+fn begin_travel(line: Line, part: Kept, span: vec2<f32>) -> Walk {
+    return begin_walk(line, part.begin, span.x, min(span.y, part.end));
+}
+
+// On to the next cell.
+fn go_on(t: ptr<function, Traveller>, walk: ptr<function, Walk>) {
+    (*t).open = arrive(walk);
+    if !(*t).open {
+        return;
+    }
+    var place = (*walk).place;
+    let way = until(cross_cell((*walk).pace, (*walk).at, &place), (*walk).s_max);
+    (*walk).place = place;
+    (*t).way = way;
+    (*t).cubic = bernstein(way.lower, way.upper, way.start, way.end);
+    (*t).has = true;
+    (*t).fresh = true;
+}
+
+// Ends where nothing more is asked for.
+fn until(whole: Crossing, s_max: f32) -> Crossing {
+    var way = whole;
+    if way.s.y > s_max {
+        let u = max((s_max - way.s.x) / (way.s.y - way.s.x), 0.0);
+        way.end = way.start * (1.0 - u) + way.end * u;
+        way.s.y = max(s_max, way.s.x);
+    }
+    return way;
+}
+
+// How far of the way through its cell a ray is at depth s, 0 to 1.
+fn share_at(way: Crossing, s: f32) -> f32 {
+    let length = way.s.y - way.s.x;
+    if length > 0.0 {
+        return clamp((s - way.s.x) / length, 0.0, 1.0);
+    }
+    return 0.0;
+}
+
+fn value_at(way: Crossing, u: f32) -> f32 {
+    return trilinear(way.lower, way.upper, way.start * (1.0 - u) + way.end * u);
+}
+
+// The normal in the world at u, toward the viewer, unit; zero where there is no gradient.
+fn normal_at(way: Crossing, direction: vec3<f32>, u: f32) -> vec3<f32> {
+    let local = way.start * (1.0 - u) + way.end * u;
+    if params.analytic_normals == 1u {
+        return toward_viewer(gradient(way.lower, way.upper, local), direction);
+    }
+    return toward_viewer(smooth_gradient(way.cell, local), direction);
+}
+
+// The same, but a cut's own as deep behind it as `skin`.
+fn normal_behind_cut(t: Traveller, direction: vec3<f32>, u: f32, s: f32, skin: f32) -> vec3<f32> {
+    if t.part.is_cut && s - t.part.begin < skin {
+        return t.part.normal;
+    }
+    return normal_at(t.way, direction, u);
+}
+
+// The normal where a ray enters its cell at a crossing: of the box's face or the cut, where surfaces are closed, or of the surface.
+fn closing_normal(t: Traveller, walk: Walk) -> vec3<f32> {
+    let met = select(MET_ISOSURFACE, met_at_entry(walk.pace, walk.at), t.way.is_first);
+    if met == MET_START {
+        return select(vec3<f32>(0.0), t.part.normal, t.part.is_cut);
+    }
+    if met == MET_FACE {
+        return toward_viewer(select(vec3<f32>(0.0), -sign(walk.pace.direction), walk.at.entry), walk.pace.direction);
+    }
+    return normal_at(t.way, walk.pace.direction, 0.0);
+}
+
+// The next crossing of a level from u on to u_end; it passes none where there is none.
+fn next_crossing(t: Traveller, first: f32, u_end: f32, fresh: bool) -> Next {
+    // Where a cell is entered on the other side of a level than the one before was left: at the box's face, a cut, or by rounding.
+    let at_start = count_levels(t.cubic.x);
+    if fresh && at_start != t.above {
+        return Next(first, true, at_start > t.above);
+    }
+    var u = first;
+    while u < u_end {
+        let next = next_end(t.cubic, u, u_end, t.above);
+        if next.passes {
+            return next;
+        }
+        u = next.u;
+    }
+    return Next(u, false, false);
+}
