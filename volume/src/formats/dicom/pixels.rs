@@ -2,7 +2,7 @@
 
 use super::super::ReadError;
 use super::super::decode::SampleType;
-use super::super::part::read_all;
+use super::super::part::{MOST_EXPANSION, check_expansion_to, read_all};
 use super::header::{Header, Pixels};
 use crate::Progress;
 use dicom_dictionary_std::tags;
@@ -30,6 +30,14 @@ enum Codec {
     Rle,
 }
 
+impl Codec {
+    /// Bytes that a byte unpacks to, at most. JPEG 2000 leaves what is blank out: OpenJPEG packs 4096² samples of 16 bits into 280 bytes. The
+    /// others stay below deflate's ratio: JPEG spends at least a bit on a block of 64 samples.
+    fn most_expansion(self) -> u64 {
+        if self == Self::Jpeg2000 { 1 << 17 } else { MOST_EXPANSION }
+    }
+}
+
 fn codec(header: &Header) -> Result<Codec, ReadError> {
     match header.syntax.uid() {
         "1.2.840.10008.1.2" | "1.2.840.10008.1.2.1" | "1.2.840.10008.1.2.1.99" | "1.2.840.10008.1.2.2" => Ok(Codec::Native),
@@ -45,6 +53,12 @@ fn codec(header: &Header) -> Result<Codec, ReadError> {
 }
 
 impl Storing {
+    /// One sample of `bits` bits in 16.
+    #[cfg(test)]
+    pub fn plain(bits: u32, signed: bool) -> Self {
+        Self { dims: [1, 1], sample: if signed { SampleType::I16 } else { SampleType::U16 }, bits, shift: 0, signed }
+    }
+
     /// How `header` says that samples are stored; refused when they are no single numbers, or cannot be unpacked here.
     pub fn of(header: &Header) -> Result<Self, ReadError> {
         let dims = [header.size(tags::COLUMNS, "Columns")?, header.size(tags::ROWS, "Rows")?];
@@ -73,6 +87,18 @@ impl Storing {
         Ok(Self { dims, sample, bits: bits as u32, shift: (high + 1 - bits) as u32, signed })
     }
 
+    /// Lowest and highest number that its bits can hold.
+    pub fn range(&self) -> [i64; 2] {
+        if self.signed { [-(1 << (self.bits - 1)), (1 << (self.bits - 1)) - 1] } else { [0, (1 << self.bits) - 1] }
+    }
+
+    /// What `value` becomes when only the bits of a sample are left of it.
+    pub fn cut(&self, value: i64) -> i64 {
+        let spare = 64 - self.bits;
+        let high = value << spare;
+        if self.signed { high >> spare } else { (high as u64 >> spare) as i64 }
+    }
+
     fn bytes(&self) -> u64 {
         self.dims[0] as u64 * self.dims[1] as u64 * self.sample.bytes() as u64
     }
@@ -83,14 +109,14 @@ impl Storing {
         match &header.pixels {
             None => Err(ReadError::NoImages),
             // Of a deflated file only reading it tells.
-            Some(Pixels::Native(_)) if header.is_deflated() => super::super::part::check_expansion(wanted * frames, header.entry.bytes),
+            Some(Pixels::Native(_)) if header.is_deflated() => check_expansion_to(wanted * frames, header.entry.bytes, MOST_EXPANSION),
             Some(Pixels::Native(at)) => {
                 let there = header.entry.bytes.saturating_sub(header.start + at);
                 if wanted * frames > u128::from(there) { Err(ReadError::Truncated { wanted: wanted * frames, there }) } else { Ok(()) }
             }
             Some(Pixels::Fragments(_, fragments)) => {
                 let packed = fragments.iter().map(|(_, bytes)| u64::from(*bytes)).sum();
-                super::super::part::check_expansion(wanted * frames, packed)
+                check_expansion_to(wanted * frames, packed, codec(header)?.most_expansion())
             }
         }
     }
