@@ -109,7 +109,8 @@ pub fn build(slices: &[Slice], uneven: Uneven, thickness_mm: Option<f64>, progre
             let more = (steps as usize).saturating_add(1);
             // What a stack of so many slices would need is bounded: no gap asks for more than is there.
             if uneven == Uneven::Refuse || more > 16 * order.len() {
-                return Err(ReadError::Uneven { usual_mm: usual, gaps: list });
+                // To the nanometre: what is finer is only how positions were written.
+                return Err(ReadError::Uneven { usual_mm: (usual * 1e6).round() / 1e6, gaps: list });
             }
             warnings.push(format!(
                 "its slices are not even ({list}); they are interpolated linearly to {more} slices {} mm apart",
