@@ -109,19 +109,19 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
     let file_bytes = files.iter().map(|&f| headers[f].entry.packed_bytes()).sum();
     let series = headers.iter().map(|header| header.entry.file.clone()).collect();
     let encoding = Encoding { sample, big_endian: false };
-    let storage = Storage::Slices(Box::new(move |k, progress| {
-        let read = |used: &Used| -> Result<Vec<u8>, ReadError> {
+    let storage = Storage::Slices(Box::new(move |k, buffer, progress| {
+        let read = |used: &Used, buffer: Vec<u8>| -> Result<Vec<u8>, ReadError> {
             let header = &headers[used.file];
             let named = |e| super::part::in_file(Path::new(&header.entry.name), e);
-            let mut bytes = storing.read(header, used.frame, progress).map_err(named)?;
+            let mut bytes = storing.read(header, used.frame, buffer, progress).map_err(named)?;
             if let Some(padding) = &used.padding {
                 padding.replace(&mut bytes, storing.sample);
             }
             Ok(if same_scale { bytes } else { scaled(&bytes, storing.sample, used.scale) })
         };
         let (mix, of, and) = &mixes[k];
-        let bytes = read(of)?;
-        if mix.part == 0.0 { Ok(bytes) } else { Ok(blend(&bytes, &read(and)?, mix.part, sample)) }
+        let bytes = read(of, buffer)?;
+        if mix.part == 0.0 { Ok(bytes) } else { Ok(blend(&bytes, &read(and, vec![])?, mix.part, sample)) }
     }));
     let scan = Scan::new(stack.grid, encoding, file_bytes, storage);
     Ok(Scan { slope, intercept, unit: Some(unit), spacing_is_stated, warnings, metadata, series, ..scan })

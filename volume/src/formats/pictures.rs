@@ -87,7 +87,7 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
     warnings.push(NO_DIRECTIONS.into());
     let grid = Grid::new([nx, ny, slices.len()], hints.spacing_mm.unwrap_or(DVec3::ONE), DVec3::ZERO, DMat3::IDENTITY)?;
     let file_bytes = slices.iter().map(|(e, _)| e.packed_bytes()).sum();
-    let storage = Storage::Slices(Box::new(move |k, progress| {
+    let storage = Storage::Slices(Box::new(move |k, _, progress| {
         let (entry, kind) = &slices[k];
         read(entry, *kind, progress).map_err(|e| in_file(Path::new(&entry.name), e))
     }));

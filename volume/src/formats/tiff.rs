@@ -303,7 +303,7 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
         }
         None => {
             let path = path.to_owned();
-            Storage::Slices(Box::new(move |k, progress| {
+            Storage::Slices(Box::new(move |k, _, progress| {
                 let decoder = Decoder::new(At::new(&path, pages[k], progress)?).map_err(damaged)?;
                 unpack(&mut decoder.with_limits(limits(page_bytes)))
             }))

@@ -121,12 +121,13 @@ impl Storing {
         }
     }
 
-    /// The samples of frame `frame`, little-endian.
-    pub fn read(&self, header: &Header, frame: usize, progress: &Progress) -> Result<Vec<u8>, ReadError> {
+    /// The samples of frame `frame`, little-endian, in `buffer` where they are not packed.
+    pub fn read(&self, header: &Header, frame: usize, buffer: Vec<u8>, progress: &Progress) -> Result<Vec<u8>, ReadError> {
         let wanted = self.bytes() as usize;
         let mut bytes = match (codec(header)?, &header.pixels) {
             (Codec::Native, Some(Pixels::Native(at))) => {
-                let mut bytes = vec![0; wanted];
+                let mut bytes = buffer;
+                bytes.resize(wanted, 0);
                 let mut source = header.open(at + frame as u64 * wanted as u64, progress)?;
                 let there = read_all(&mut source, &mut bytes)?;
                 if there < wanted {
