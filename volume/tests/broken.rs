@@ -170,7 +170,9 @@ fn cases(folder: &Folder) -> Vec<Case> {
     add("DICOM without pixels", dicom(|k| Dicom::slice(k).without((0x7fe0, 0x10))));
     add("DICOM without positions", dicom(|k| Dicom::slice(k).without((0x20, 0x32))));
     add("DICOM without rows", dicom(|k| Dicom::slice(k).without((0x28, 0x10))));
-    add("DICOM by JPEG-LS", dicom(|k| Dicom::slice(k).packed(JPEG_LS, vec![packed("jpeg-ls")])));
+    add("DICOM by HTJ2K", dicom(|k| Dicom::slice(k).packed(HTJ2K, vec![packed("jpeg 2000")])));
+    let cut = packed("jpeg-ls")[..100].to_vec();
+    add("DICOM by JPEG-LS, damaged", one("IM1.dcm", &Dicom::slice(0).packed(JPEG_LS, vec![cut]).bytes()));
     add(
         "DICOM of colours",
         dicom(|k| {

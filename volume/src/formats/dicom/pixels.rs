@@ -27,14 +27,19 @@ enum Codec {
     Native,
     Jpeg,
     Jpeg2000,
+    JpegLs,
     Rle,
 }
 
 impl Codec {
-    /// Bytes that a byte unpacks to, at most. JPEG 2000 leaves what is blank out: OpenJPEG packs 4096² samples of 16 bits into 280 bytes. The
+    /// Bytes that a byte unpacks to, at most. JPEG 2000 leaves what is blank out: OpenJPEG packs 4096² samples of 16 bits into 280 bytes, and
+    /// CharLS as JPEG-LS, which counts runs, into 636. The
     /// others stay below deflate's ratio: JPEG spends at least a bit on a block of 64 samples.
     fn most_expansion(self) -> u64 {
-        if self == Self::Jpeg2000 { 1 << 17 } else { MOST_EXPANSION }
+        match self {
+            Self::Jpeg2000 | Self::JpegLs => 1 << 17,
+            Self::Native | Self::Jpeg | Self::Rle => MOST_EXPANSION,
+        }
     }
 }
 
@@ -43,10 +48,13 @@ fn codec(header: &Header) -> Result<Codec, ReadError> {
         "1.2.840.10008.1.2" | "1.2.840.10008.1.2.1" | "1.2.840.10008.1.2.1.99" | "1.2.840.10008.1.2.2" => Ok(Codec::Native),
         "1.2.840.10008.1.2.4.50" | "1.2.840.10008.1.2.4.51" | "1.2.840.10008.1.2.4.57" | "1.2.840.10008.1.2.4.70" => Ok(Codec::Jpeg),
         "1.2.840.10008.1.2.4.90" | "1.2.840.10008.1.2.4.91" => Ok(Codec::Jpeg2000),
+        "1.2.840.10008.1.2.4.80" | "1.2.840.10008.1.2.4.81" => Ok(Codec::JpegLs),
         "1.2.840.10008.1.2.5" => Ok(Codec::Rle),
         uid => {
             let name = header.syntax.name();
-            let text = format!("its pixels are packed by {name} ({uid}), which is not read here; unpack it with `gdcmconv --raw IN OUT`");
+            let text = format!(
+                "its pixels are packed by {name} ({uid}), which is not read here; unpack it first, as with pydicom's Dataset.decompress()"
+            );
             Err(ReadError::Unsupported(text))
         }
     }
@@ -146,6 +154,7 @@ impl Storing {
                     }
                     Codec::Jpeg => self.jpeg(&packed)?,
                     Codec::Jpeg2000 => self.jpeg_2000(&packed)?,
+                    Codec::JpegLs => self.jpeg_ls(&packed)?,
                     Codec::Rle => self.rle(&packed)?,
                 }
             }
@@ -205,6 +214,14 @@ impl Storing {
         let offset = if is_signed_codestream(packed) { 1_i64 << (depth.clamp(1, 32) - 1) } else { 0 };
         let n = self.sample.bytes();
         Ok(component.samples().iter().flat_map(|&v| (v.round() as i64 - offset).to_le_bytes().into_iter().take(n)).collect())
+    }
+
+    fn jpeg_ls(&self, packed: &[u8]) -> Result<Vec<u8>, ReadError> {
+        // Sizes of DICOM have 16 bits. The decoder compares them with its own before it reserves anything.
+        let [width, height] = self.dims.map(|n| n as u32);
+        let (samples, ..) = jpegls::decode(packed, width, height).map_err(|e| ReadError::Damaged(format!("as JPEG-LS, {e}")))?;
+        let n = self.sample.bytes();
+        Ok(samples.into_iter().flat_map(|v| u64::from(v).to_le_bytes().into_iter().take(n)).collect())
     }
 
     /// Packed by runs, a segment for each byte of the samples, the highest first (DICOM part 5, annex G).
