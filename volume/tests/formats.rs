@@ -341,8 +341,12 @@ fn claimed_frames_cost_nothing() {
     let volume = dicom(&folder, "frames", vec![("IM1".into(), one.bytes())], &Hints::default()).unwrap();
     assert_eq!(volume.grid().dims(), [1, 1, 1]);
     assert!(volume.warnings()[0].starts_with("19999999 of its images do not state where they lie"), "{:?}", volume.warnings());
-    // A billion frames took a minute and 16 bytes each; these take milliseconds.
+    // As many images as frames would take seconds and gigabytes; one takes milliseconds.
     assert!(begun.elapsed().as_secs_f64() < 1.0, "{:?}", begun.elapsed());
+    // More than can be counted, twice.
+    let endless = |k| Dicom::slice(k).with((0x28, 0x8), "IS", "99999999999999999999");
+    let error = dicom(&folder, "endless", dicom_files(endless), &Hints::default()).unwrap_err();
+    assert!(error.contains("it ends too early"), "{error}");
 }
 
 #[test]

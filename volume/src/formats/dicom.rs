@@ -137,13 +137,13 @@ struct Used {
 
 /// The frames that are slices of the patient, in the order in which they were taken.
 fn images(headers: &[Header], warnings: &mut Vec<String>) -> Result<Vec<Image>, ReadError> {
-    let (mut images, mut localizers, mut placeless, mut imageless) = (vec![], 0, 0, 0);
+    let (mut images, mut localizers, mut placeless, mut imageless) = (vec![], 0, 0_usize, 0);
     for (file, header) in headers.iter().enumerate() {
         if header.pixels.is_none() {
             imageless += 1;
             continue;
         }
-        placeless += header.frames() - header.images();
+        placeless = placeless.saturating_add(header.frames() - header.images());
         for frame in 0..header.images() {
             let kind = header.text(tags::FRAME_TYPE, frame).or_else(|| header.text(tags::IMAGE_TYPE, frame)).unwrap_or_default();
             let numbers = header.numbers::<3>(tags::IMAGE_POSITION_PATIENT, frame).is_some()
