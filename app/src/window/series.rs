@@ -24,7 +24,8 @@ impl Choice {
 
     /// A line for each series.
     pub fn ui(&mut self, ui: &mut Ui) {
-        ScrollArea::vertical().max_height(240.0).show(ui, |ui| {
+        // Ten lines, also where the room on the empty window is less.
+        ScrollArea::vertical().min_scrolled_height(240.0).max_height(240.0).show(ui, |ui| {
             for (n, series) in self.list.iter().enumerate() {
                 let what = series.description.as_deref().unwrap_or("Without description");
                 let slices = if series.images == 1 { "slice" } else { "slices" };
