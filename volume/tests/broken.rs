@@ -153,6 +153,8 @@ fn cases(folder: &Folder) -> Vec<Case> {
     add("VTI by LZ4", text("VTI appended by zlib", "vtkZLibDataCompressor", "vtkLZ4DataCompressor"));
     add("VTI with too few numbers", text("VTI text", "WholeExtent=\"0 7 0 5 0 3\"", "WholeExtent=\"0 7 0 5 0 3\" a=\"\"").shorter());
     add("VTI without data", text("VTI text", "DataArray", "NoArray"));
+    let cells = |bytes: &[u8]| String::from_utf8_lossy(bytes).replace("PointData", "CellData").into_bytes();
+    add("VTI of cells", with("VTI text", |f| f[0].1 = cells(&f[0].1)));
     add("InVesalius without its list", one("scan.inv3", &invesalius_without_list()));
     add("InVesalius without spacing", one("scan.inv3", &invesalius(&PLIST.replace("spacing", "spacings"), true)));
     add("VH without sizes", with("VH", |f| f[0].1 = b"a skull".to_vec()));
@@ -168,7 +170,9 @@ fn cases(folder: &Folder) -> Vec<Case> {
     add("DICOM without pixels", dicom(|k| Dicom::slice(k).without((0x7fe0, 0x10))));
     add("DICOM without positions", dicom(|k| Dicom::slice(k).without((0x20, 0x32))));
     add("DICOM without rows", dicom(|k| Dicom::slice(k).without((0x28, 0x10))));
-    add("DICOM by JPEG-LS", dicom(|k| Dicom::slice(k).packed(JPEG_LS, vec![packed("jpeg-ls")])));
+    add("DICOM by HTJ2K", dicom(|k| Dicom::slice(k).packed(HTJ2K, vec![packed("jpeg 2000")])));
+    let cut = packed("jpeg-ls")[..100].to_vec();
+    add("DICOM by JPEG-LS, damaged", one("IM1.dcm", &Dicom::slice(0).packed(JPEG_LS, vec![cut]).bytes()));
     add(
         "DICOM of colours",
         dicom(|k| {
@@ -179,6 +183,8 @@ fn cases(folder: &Folder) -> Vec<Case> {
     );
     add("DICOM with a missing slice", gap());
     add("DICOM with slanted rows", dicom(|k| Dicom::slice(k).with((0x20, 0x37), "DS", "1\\0\\0\\0.5\\0.9\\0")));
+    let beside = |k: usize| format!("{}\\20\\{}", -10 + 50 * (k % 2) as i32, 30 + 2 * (k / 2));
+    add("DICOM with slices beside each other", dicom(|k| Dicom::slice(k).with((0x20, 0x32), "DS", &beside(k))));
     add("DICOM of one place only", dicom(|k| Dicom::slice(k).with((0x20, 0x32), "DS", "nowhere")));
     add(
         "DICOM with bits that are not there",

@@ -18,6 +18,10 @@ pub enum Ask {
     Open,
     /// Files that join what is open.
     Add,
+    /// Folders that take the place of what is open.
+    OpenFolder,
+    /// Folders that join what is open.
+    AddFolder,
     /// Where to save the session.
     Session,
     /// Where to save the picture.
@@ -50,6 +54,8 @@ impl Dialog {
             let picked = match ask {
                 Ask::Open => dialog.set_title("Open scans or a session").pick_files(),
                 Ask::Add => dialog.set_title("Add scans").pick_files(),
+                Ask::OpenFolder => dialog.set_title("Open folders of slices").pick_folders(),
+                Ask::AddFolder => dialog.set_title("Add folders of slices").pick_folders(),
                 Ask::Session => one(dialog.add_filter("Bregma session", &["json"]).set_file_name("session.json").save_file()),
                 Ask::Picture => one(dialog.add_filter("PNG picture", &["png"]).set_file_name("picture.png").save_file()),
                 Ask::Landmarks => one(dialog

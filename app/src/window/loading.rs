@@ -2,10 +2,11 @@
 
 use super::job::Job;
 use super::layers::line;
+use super::series::Choice;
 use crate::input::{DEMO_SIZE, InputError, Opened, Source, without_spacing};
 use bregma_renderer::Mode;
 use bregma_volume::Progress;
-use bregma_volume::formats::{OpenError, ReadError, Reduce};
+use bregma_volume::formats::{ReadError, Reduce, Uneven};
 use egui::{Context, DragValue, Ui};
 use glam::DVec3;
 
@@ -44,6 +45,10 @@ enum About {
     Spacing(DVec3),
     /// It does not fit; this preview would.
     Preview(Reduce, String),
+    /// Which of its series is read.
+    Series(Choice),
+    /// Its slices are not even; the sentence lists the gaps.
+    Uneven(String),
 }
 
 impl Loading {
@@ -107,24 +112,31 @@ impl State {
 }
 
 /// Reads scans, unless something has to be asked first.
-fn read(mut sources: Vec<Source>, progress: &Progress) -> Result<Read, InputError> {
-    if let Some(of) = without_spacing(&sources, progress)? {
-        return Ok(Read::Ask(Question { sources, of, about: About::Spacing(DVec3::ZERO) }));
+fn read(sources: Vec<Source>, progress: &Progress) -> Result<Read, InputError> {
+    if let Some((of, choice)) = Choice::among(&sources, progress) {
+        return Ok(Read::Ask(Question { sources, of, about: About::Series(choice) }));
     }
-    match Opened::read(&sources, progress) {
-        Err(InputError::Scan(OpenError { file, reason: ReadError::TooLarge { needed, free, smaller } })) => {
-            let of = sources.iter().position(|s| s.file == file);
-            let preview = smaller.first().and_then(|&step| Reduce::every(step));
-            let error = OpenError { file, reason: ReadError::TooLarge { needed, free, smaller } };
-            match (of, preview) {
-                (Some(of), Some(reduce)) => {
-                    let sources = std::mem::take(&mut sources);
-                    Ok(Read::Ask(Question { sources, of, about: About::Preview(reduce, error.to_string()) }))
-                }
-                _ => Err(error.into()),
-            }
+    let result = match without_spacing(&sources, progress) {
+        Ok(Some(of)) => return Ok(Read::Ask(Question { sources, of, about: About::Spacing(DVec3::ZERO) })),
+        Ok(None) => Opened::read(&sources, progress),
+        Err(error) => Err(error),
+    };
+    let error = match result {
+        Ok(opened) => return Ok(Read::Opened(opened)),
+        Err(InputError::Scan(error)) => error,
+        Err(error) => return Err(error),
+    };
+    // What another reading of the same file could do is offered.
+    let about = match &error.reason {
+        ReadError::TooLarge { smaller, .. } => {
+            smaller.first().and_then(|&step| Reduce::every(step)).map(|reduce| About::Preview(reduce, error.to_string()))
         }
-        other => other.map(Read::Opened),
+        ReadError::Uneven { usual_mm, gaps } => Some(About::Uneven(format!("Most are {usual_mm} mm apart, but {gaps}."))),
+        _ => None,
+    };
+    match (sources.iter().position(|s| s.file == error.file), about) {
+        (Some(of), Some(about)) => Ok(Read::Ask(Question { sources, of, about })),
+        _ => Err(error.into()),
     }
 }
 
@@ -155,6 +167,31 @@ impl Question {
                         answer = Answer::Read;
                     }
                     if ui.button("Cancel").clicked() {
+                        answer = Answer::Cancel;
+                    }
+                });
+            }
+            About::Series(choice) => {
+                ui.label(format!("{name} holds several series. Which one is to be read?"));
+                choice.ui(ui);
+                ui.horizontal(|ui| {
+                    if ui.button("Open").clicked() {
+                        choice.apply(source);
+                        answer = Answer::Read;
+                    }
+                    if ui.button("Cancel").clicked() {
+                        answer = Answer::Cancel;
+                    }
+                });
+            }
+            About::Uneven(gaps) => {
+                ui.label(format!("The slices of {name} are not even. {gaps} What lies between them can be made up from their neighbours."));
+                ui.horizontal(|ui| {
+                    if ui.button("Interpolate").clicked() {
+                        source.uneven = Uneven::Resample;
+                        answer = Answer::Read;
+                    }
+                    if ui.button("Cancel").on_hover_text("Find the missing slices, then open it again").clicked() {
                         answer = Answer::Cancel;
                     }
                 });

@@ -11,6 +11,10 @@ pub enum Command {
     Open,
     /// Open files beside what is open.
     Add,
+    /// Open folders instead of what is open.
+    OpenFolder,
+    /// Open folders beside what is open.
+    AddFolder,
     /// Open the built-in pair.
     Demo,
     /// Save scans and scene.
@@ -52,6 +56,8 @@ const MENUS: [(&str, &[Entry]); 4] = [
         &[
             (Command::Open, "Open…", &[(CTRL, Key::O)]),
             (Command::Add, "Add…", &[(CTRL_SHIFT, Key::O)]),
+            (Command::OpenFolder, "Open folder…", &[]),
+            (Command::AddFolder, "Add folder…", &[]),
             (Command::Demo, "Open the demo pair", &[]),
             (Command::SaveSession, "Save session…", &[(CTRL, Key::S)]),
             (Command::SavePicture, "Save picture…", &[(CTRL, Key::P)]),
@@ -95,7 +101,7 @@ const MOUSE: [(&str, &str); 6] = [
     ("Right-drag or wheel", "zoom"),
     ("Ctrl + left-drag", "roll"),
     ("Click on bone", "measure with the chosen tool"),
-    ("Drop files", "add scans"),
+    ("Drop files or folders", "add scans"),
 ];
 
 /// Shows the menus.

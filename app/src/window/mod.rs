@@ -18,6 +18,7 @@ mod navigate;
 mod notices;
 mod painter;
 mod probe_panel;
+mod series;
 mod theme;
 mod view;
 
@@ -202,7 +203,8 @@ impl Workstation {
     fn answer(&mut self, ctx: &Context, ask: Ask, paths: Vec<PathBuf>) {
         let gone = |what| format!("The {what} went away while the dialog was open: nothing was saved.");
         let result = match ask {
-            Ask::Open | Ask::Add => return self.load(ctx, paths, ask == Ask::Add),
+            Ask::Open | Ask::OpenFolder => return self.load(ctx, paths, false),
+            Ask::Add | Ask::AddFolder => return self.load(ctx, paths, true),
             Ask::Session => files::save_session(&paths[0], &self.work, &self.found),
             Ask::Picture => self.picture().map_or(Err(gone("picture")), |picture| files::save_picture(&paths[0], picture)),
             Ask::Rays => files::save_rays(&paths[0], &self.work, &self.found),
@@ -218,7 +220,7 @@ impl Workstation {
     fn allows(&self, command: Command) -> bool {
         let opened = &self.work.opened;
         match command {
-            Command::Open | Command::Add => self.loading.is_none() && self.dialog.is_none(),
+            Command::Open | Command::Add | Command::OpenFolder | Command::AddFolder => self.loading.is_none() && self.dialog.is_none(),
             Command::Demo => self.loading.is_none(),
             // The built-in pair has no files that a session could name.
             Command::SaveSession => !self.is_empty() && opened.sources.len() == opened.volumes.len() && self.dialog.is_none(),
@@ -241,6 +243,8 @@ impl Workstation {
         match command {
             Command::Open => self.dialog = ask(Ask::Open),
             Command::Add => self.dialog = ask(Ask::Add),
+            Command::OpenFolder => self.dialog = ask(Ask::OpenFolder),
+            Command::AddFolder => self.dialog = ask(Ask::AddFolder),
             Command::SaveSession => self.dialog = ask(Ask::Session),
             Command::SavePicture => self.dialog = ask(Ask::Picture),
             Command::Demo => self.loading = Some(Loading::demo(ctx)),

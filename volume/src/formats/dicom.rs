@@ -3,7 +3,9 @@
 //! Attributes and their meaning are those of DICOM part 3; the geometry is that of the slices' own positions (see `stack`).
 
 mod header;
+mod padding;
 mod pixels;
+pub mod series;
 
 use super::decode::{Encoding, SampleType};
 use super::entries::{Entry, in_folder, in_zip};
@@ -14,9 +16,8 @@ use crate::{Progress, Unit};
 use dicom_dictionary_std::tags;
 use glam::DVec3;
 use header::Header;
+use padding::Padding;
 use pixels::Storing;
-use rayon::prelude::*;
-use std::collections::BTreeMap;
 use std::path::Path;
 
 /// The row of the formats.
@@ -25,22 +26,22 @@ pub const FORMAT: Format = Format { name: "DICOM", sniff, scan };
 /// Bytes that DICOM is told by.
 const HEAD: u64 = 132;
 
-fn sniff(path: &Path, head: &[u8]) -> bool {
-    let entries = || {
-        let progress = Progress::default();
-        if path.is_dir() { in_folder(path, true, &progress) } else { in_zip(path, &progress) }
+fn sniff(path: &Path, head: &[u8], progress: &Progress) -> bool {
+    let entries = || match path.is_dir() {
+        true => in_folder(path, true, progress, &mut vec![]),
+        false => in_zip(path, progress, &mut vec![]),
     };
     if path.is_dir() || super::is_zip(head) {
-        return entries().is_ok_and(|entries| entries.iter().any(is_dicom));
+        return entries().is_ok_and(|entries| entries.iter().any(|entry| is_dicom(entry, progress)));
     }
     // The name covers files that are damaged too, so that what is wrong with them can be said.
     let named = path.extension().is_some_and(|e| ["dcm", "dicom", "ima"].iter().any(|n| e.eq_ignore_ascii_case(n)));
     named || header::is_dicom(head)
 }
 
-fn is_dicom(entry: &Entry) -> bool {
+fn is_dicom(entry: &Entry, progress: &Progress) -> bool {
     let mut head = vec![];
-    let read = entry.open(0, &Progress::default()).and_then(|source| {
+    let read = entry.open(0, progress).and_then(|source| {
         use std::io::Read;
         Ok(source.take(HEAD).read_to_end(&mut head)?)
     });
@@ -56,7 +57,7 @@ struct Image {
 
 fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadError> {
     let mut warnings = vec![];
-    let headers = series(path, hints, progress, &mut warnings)?;
+    let headers = series::read(path, hints, progress, &mut warnings)?;
     let images = images(&headers, &mut warnings)?;
     let (images, storing) = alike(&headers, images, &mut warnings)?;
 
@@ -67,164 +68,83 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
     }
     let first = &headers[images[0].file];
     let apart = [tags::SPACING_BETWEEN_SLICES, tags::SLICE_THICKNESS].iter().find_map(|&t| first.number(t, images[0].frame));
-    let stack = stack::build(&slices, hints.uneven, apart.or(hints.spacing_mm.map(|s| s.z)))?;
+    let stack = stack::build(&slices, hints.uneven, apart.or(hints.spacing_mm.map(|s| s.z)), progress)?;
     warnings.extend(stack.warnings);
 
-    let scale = |i: Image| {
-        let header = &headers[i.file];
-        let number = |tag, default| header.number(tag, i.frame).unwrap_or(default);
-        [number(tags::RESCALE_SLOPE, 1.0), number(tags::RESCALE_INTERCEPT, 0.0)]
+    let unit = unit(first, images[0].frame);
+    let is_turned = first.text(tags::PHOTOMETRIC_INTERPRETATION, 0) == Some("MONOCHROME1") && unit == Unit::Value;
+    let used = |n: usize| {
+        let Image { file, frame } = images[n];
+        let number = |tag, default| headers[file].number(tag, frame).unwrap_or(default);
+        let scale = [number(tags::RESCALE_SLOPE, 1.0), number(tags::RESCALE_INTERCEPT, 0.0)];
+        let scale = if is_turned { scale.map(|n| 0.0 - n) } else { scale };
+        Used { file, frame, scale, padding: Padding::of(&headers[file], frame, &storing, scale, unit) }
     };
-    let used: Vec<Image> = stack.mixes.iter().flat_map(|m| [images[m.of], images[m.and]]).collect();
-    let [mut slope, mut intercept] = scale(used[0]);
-    let same_scale = used.iter().all(|&i| scale(i) == [slope, intercept]);
+    let mixes: Vec<(Mix, Used, Used)> = stack.mixes.iter().map(|&m| (m, used(m.of), used(m.and))).collect();
+    let all = || mixes.iter().flat_map(|(_, of, and)| [of, and]);
+    let [mut slope, mut intercept] = mixes[0].1.scale;
+    let same_scale = all().all(|u| u.scale == [slope, intercept]);
     // Values that a slice scales by itself are kept as values, since a scan has one scale.
     let sample = if same_scale { storing.sample } else { SampleType::F32 };
     if !same_scale {
         (slope, intercept) = (1.0, 0.0);
         warnings.push("its slices have scales of their own; their values are kept as float32".into());
     }
-    let unit = unit(first, images[0].frame);
-    if first.text(tags::PHOTOMETRIC_INTERPRETATION, 0) == Some("MONOCHROME1") && unit == Unit::Value {
+    if is_turned {
         warnings
             .push("its low numbers are shown white (MONOCHROME1), so they are taken as the dense ones: the scale is turned round".into());
-        slope = -slope;
+    }
+    let states_scale = [tags::RESCALE_SLOPE, tags::RESCALE_INTERCEPT].iter().all(|&t| first.number(t, images[0].frame).is_some());
+    if unit == Unit::Hounsfield && !states_scale {
+        warnings.push("it does not state how its numbers become HU (RescaleSlope, RescaleIntercept); they are taken as HU".into());
     }
     if first.text(tags::LOSSY_IMAGE_COMPRESSION, 0) == Some("01") {
         warnings.push("its pixels have been compressed with loss: they are not what the scanner measured".into());
     }
-    let padding = Padding::of(first, storing.sample, scale(used[0]), unit);
-    warnings.extend(padding.as_ref().map(Padding::warning));
+    warnings.extend(all().find_map(|u| u.padding.as_ref()).map(Padding::warning));
 
     let metadata = metadata(first, images[0].frame);
-    let file_bytes = used_bytes(&headers, &used);
+    let mut files: Vec<usize> = all().map(|u| u.file).collect();
+    files.dedup();
+    let file_bytes = files.iter().map(|&f| headers[f].entry.packed_bytes()).sum();
     let series = headers.iter().map(|header| header.entry.file.clone()).collect();
-    let mixes: Vec<(Mix, Image, Image)> = stack.mixes.iter().map(|&m| (m, images[m.of], images[m.and])).collect();
     let encoding = Encoding { sample, big_endian: false };
-    let scales: Vec<[f64; 2]> = mixes.iter().flat_map(|&(_, of, and)| [scale(of), scale(and)]).collect();
-    let storage = Storage::Slices(Box::new(move |k, progress| {
-        let read = |image: Image, own: [f64; 2]| -> Result<Vec<u8>, ReadError> {
-            let header = &headers[image.file];
+    let storage = Storage::Slices(Box::new(move |k, buffer, progress| {
+        let read = |used: &Used, buffer: Vec<u8>| -> Result<Vec<u8>, ReadError> {
+            let header = &headers[used.file];
             let named = |e| super::part::in_file(Path::new(&header.entry.name), e);
-            let mut bytes = storing.read(header, image.frame, progress).map_err(named)?;
-            if let Some(padding) = &padding {
+            let mut bytes = storing.read(header, used.frame, buffer, progress).map_err(named)?;
+            if let Some(padding) = &used.padding {
                 padding.replace(&mut bytes, storing.sample);
             }
-            Ok(if same_scale { bytes } else { scaled(&bytes, storing.sample, own) })
+            Ok(if same_scale { bytes } else { scaled(&bytes, storing.sample, used.scale) })
         };
-        let (mix, of, and) = mixes[k];
-        let bytes = read(of, scales[2 * k])?;
-        if mix.part == 0.0 { Ok(bytes) } else { Ok(blend(&bytes, &read(and, scales[2 * k + 1])?, mix.part, sample)) }
+        let (mix, of, and) = &mixes[k];
+        let bytes = read(of, buffer)?;
+        if mix.part == 0.0 { Ok(bytes) } else { Ok(blend(&bytes, &read(and, vec![])?, mix.part, sample)) }
     }));
     let scan = Scan::new(stack.grid, encoding, file_bytes, storage);
     Ok(Scan { slope, intercept, unit: Some(unit), spacing_is_stated, warnings, metadata, series, ..scan })
 }
 
-fn used_bytes(headers: &[Header], used: &[Image]) -> u64 {
-    let mut files: Vec<usize> = used.iter().map(|i| i.file).collect();
-    files.dedup();
-    files.iter().map(|&f| headers[f].entry.packed_bytes()).sum()
-}
-
-/// The headers of the series that `path` names, or of the largest in it.
-fn series(path: &Path, hints: &Hints, progress: &Progress, warnings: &mut Vec<String>) -> Result<Vec<Header>, ReadError> {
-    let is_file = !path.is_dir();
-    let mut own = None;
-    let entries = if !is_file {
-        in_folder(path, true, progress)?
-    } else if super::is_zip(&super::part::head_of(path, 4)?.0) {
-        in_zip(path, progress)?
-    } else {
-        let header = Header::read(&Entry::of(path)?, progress)?;
-        if header.pixels.is_none() {
-            return Err(ReadError::NoImages);
-        }
-        own = Some(header.text(tags::SERIES_INSTANCE_UID, 0).unwrap_or_default().to_owned());
-        match path.parent() {
-            Some(folder) => in_folder(if folder == Path::new("") { Path::new(".") } else { folder }, false, progress)?,
-            None => vec![Entry::of(path)?],
-        }
-    };
-    progress.begin(entries.len() as u64);
-    let entries: Vec<Entry> = entries.into_par_iter().filter(is_dicom).collect();
-    let read: Vec<Result<Header, (String, ReadError)>> = entries
-        .par_iter()
-        .map(|entry| {
-            // The bytes of headers are few; the work is counted in files.
-            progress.advance(1).map_err(|e| (entry.name.clone(), e.into()))?;
-            Header::read(entry, &Progress::default()).map_err(|e| (entry.name.clone(), e))
-        })
-        .collect();
-    let mut by_series: BTreeMap<String, Vec<Header>> = BTreeMap::new();
-    let mut broken = vec![];
-    for header in read {
-        match header {
-            Ok(header) => {
-                let uid = header.text(tags::SERIES_INSTANCE_UID, 0).unwrap_or_default().to_owned();
-                by_series.entry(uid).or_default().push(header);
-            }
-            Err((_, ReadError::Cancelled(c))) => return Err(c.into()),
-            Err(error) => broken.push(error),
-        }
-    }
-    if by_series.is_empty() && !broken.is_empty() {
-        let (name, error) = broken.swap_remove(0);
-        return Err(super::part::in_file(Path::new(&name), error));
-    }
-    if let [(name, error), ..] = &broken[..] {
-        let more = if broken.len() > 1 { format!(" ({} such files)", broken.len()) } else { String::new() };
-        warnings.push(format!("{name} cannot be read and is left out: {error}{more}"));
-    }
-    if let Some(uid) = own {
-        if let Some(number) = &hints.series {
-            return Err(ReadError::Unsupported(format!("it is one file, of one series; leave out #{number}, or name its folder")));
-        }
-        return by_series.remove(&uid).ok_or(ReadError::NoImages);
-    }
-    let frames = |series: &[Header]| series.iter().filter(|h| h.pixels.is_some()).map(|h| h.frames() as u128).sum::<u128>();
-    let mut all: Vec<Vec<Header>> = by_series.into_values().filter(|s| frames(s) > 0).collect();
-    // Equal sizes keep the order of their identifiers.
-    all.sort_by_key(|s| std::cmp::Reverse(frames(s)));
-    let number = |s: &[Header]| s[0].text(tags::SERIES_NUMBER, 0).unwrap_or("0").to_owned();
-    let name = |s: &Vec<Header>| {
-        let text = s[0].text(tags::SERIES_DESCRIPTION, 0).unwrap_or("without description");
-        format!("{} ({text}, {} images)", number(s), frames(s))
-    };
-    let list = |s: &[Vec<Header>]| s.iter().map(name).collect::<Vec<_>>().join(", ");
-    match &hints.series {
-        None if all.is_empty() => Err(ReadError::NoImages),
-        None => {
-            if all.len() > 1 {
-                let how = if is_file { "FILE#NUMBER" } else { "FOLDER#NUMBER" };
-                let text = format!(
-                    "it holds {} series; the largest, {}, is read; name another as {how}: {}",
-                    all.len(),
-                    number(&all[0]),
-                    list(&all[1..])
-                );
-                warnings.push(text);
-            }
-            Ok(all.swap_remove(0))
-        }
-        Some(wanted) => {
-            let found = all.iter().position(|s| number(s) == *wanted);
-            let text = || format!("it has no series {wanted}; it has {}", list(&all));
-            Ok(all.swap_remove(found.ok_or_else(|| ReadError::Unsupported(text()))?))
-        }
-    }
+/// An image that is read, and what makes values of its samples.
+struct Used {
+    file: usize,
+    frame: usize,
+    scale: [f64; 2],
+    padding: Option<Padding>,
 }
 
 /// The frames that are slices of the patient, in the order in which they were taken.
 fn images(headers: &[Header], warnings: &mut Vec<String>) -> Result<Vec<Image>, ReadError> {
-    let (mut images, mut localizers, mut placeless, mut imageless) = (vec![], 0, 0, 0);
+    let (mut images, mut localizers, mut placeless, mut imageless) = (vec![], 0, 0_usize, 0);
     for (file, header) in headers.iter().enumerate() {
         if header.pixels.is_none() {
             imageless += 1;
             continue;
         }
-        // A frame has a byte at least. Whoever claims more of them is refused when its storing is checked.
-        let most = usize::try_from(header.entry.bytes).unwrap_or(usize::MAX);
-        for frame in 0..header.frames().min(most) {
+        placeless = placeless.saturating_add(header.frames() - header.images());
+        for frame in 0..header.images() {
             let kind = header.text(tags::FRAME_TYPE, frame).or_else(|| header.text(tags::IMAGE_TYPE, frame)).unwrap_or_default();
             let numbers = header.numbers::<3>(tags::IMAGE_POSITION_PATIENT, frame).is_some()
                 && header.numbers::<6>(tags::IMAGE_ORIENTATION_PATIENT, frame).is_some();
@@ -317,58 +237,6 @@ fn unit(header: &Header, frame: usize) -> Unit {
     match (header.text(tags::RESCALE_TYPE, frame), header.text(tags::MODALITY, 0)) {
         (Some("HU"), _) | (None, Some("CT")) => Unit::Hounsfield,
         _ => Unit::Value,
-    }
-}
-
-/// Samples outside the field of view that would look dense: they are taken as air.
-struct Padding {
-    from: i64,
-    to: i64,
-    air: i64,
-}
-
-impl Padding {
-    /// Padding below the middle of the type looks like air already and stays as it is.
-    fn of(header: &Header, sample: SampleType, [slope, intercept]: [f64; 2], unit: Unit) -> Option<Self> {
-        let value = header.number(tags::PIXEL_PADDING_VALUE, 0)?;
-        let limit = header.number(tags::PIXEL_PADDING_RANGE_LIMIT, 0).unwrap_or(value);
-        let (low, high) = match sample {
-            SampleType::U8 => (0, 0xff),
-            SampleType::I8 => (-0x80, 0x7f),
-            SampleType::U16 => (0, 0xffff),
-            SampleType::I16 => (-0x8000, 0x7fff),
-            _ => return None,
-        };
-        const AIR_HU: f64 = -1000.0;
-        let air = if unit == Unit::Hounsfield { ((AIR_HU - intercept) / slope).round() } else { low.max(0) as f64 };
-        // The attribute is of 16 bits and may have been read with the other sign.
-        let wrap = |v: f64| {
-            if v > high as f64 {
-                v as i64 - 0x1_0000
-            } else if v < low as f64 {
-                v as i64 + 0x1_0000
-            } else {
-                v as i64
-            }
-        };
-        let (from, to) = (wrap(value).min(wrap(limit)), wrap(value).max(wrap(limit)));
-        let is_dense = from > (low + high) / 2 && air >= low as f64 && air <= high as f64;
-        is_dense.then_some(Self { from, to, air: air as i64 })
-    }
-
-    fn warning(&self) -> String {
-        let Self { from, to, air } = self;
-        format!("samples from {from} to {to} mark what was not scanned (padding); they are taken as air, {air}")
-    }
-
-    fn replace(&self, bytes: &mut [u8], sample: SampleType) {
-        let n = sample.bytes();
-        for chunk in bytes.chunks_exact_mut(n) {
-            let value = whole(chunk, sample);
-            if (self.from..=self.to).contains(&value) {
-                chunk.copy_from_slice(&self.air.to_le_bytes()[..n]);
-            }
-        }
     }
 }
 

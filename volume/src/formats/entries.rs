@@ -93,8 +93,18 @@ pub fn skip(source: &mut impl Read, count: u64) -> io::Result<()> {
 }
 
 /// The files in `folder` and, when `deep`, in its folders, sorted by name with numbers in their order.
-pub fn in_folder(folder: &Path, deep: bool, progress: &Progress) -> Result<Vec<Entry>, ReadError> {
-    let mut found = vec![];
+pub fn in_folder(folder: &Path, deep: bool, progress: &Progress, warnings: &mut Vec<String>) -> Result<Vec<Entry>, ReadError> {
+    in_folder_within(folder, deep, MOST_FILES, progress, warnings)
+}
+
+fn in_folder_within(
+    folder: &Path,
+    deep: bool,
+    most: usize,
+    progress: &Progress,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<Entry>, ReadError> {
+    let (mut found, mut too_deep, mut too_many) = (vec![], 0, 0);
     let mut folders = vec![(folder.to_owned(), 0)];
     while let Some((folder, depth)) = folders.pop() {
         for entry in std::fs::read_dir(&folder)? {
@@ -102,22 +112,40 @@ pub fn in_folder(folder: &Path, deep: bool, progress: &Progress) -> Result<Vec<E
             let path = entry?.path();
             // What cannot be looked at, and what is no regular file, is no slice. A link to a folder may lead in circles.
             let Ok(metadata) = path.metadata() else { continue };
-            if metadata.is_dir() && deep && depth < MOST_DEPTH && !path.is_symlink() {
-                folders.push((path, depth + 1));
-            } else if metadata.is_file() && metadata.len() > 0 && found.len() < MOST_FILES {
+            if metadata.is_dir() && deep && !path.is_symlink() {
+                match depth < MOST_DEPTH {
+                    true => folders.push((path, depth + 1)),
+                    false => too_deep += 1,
+                }
+            } else if metadata.is_file() && metadata.len() > 0 {
+                if found.len() == most {
+                    too_many += 1;
+                    continue;
+                }
                 let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
                 found.push(Entry { name, file: path, bytes: metadata.len(), zipped: None });
             }
         }
     }
+    if too_deep > 0 {
+        warnings.push(format!("{too_deep} folders lie more than {MOST_DEPTH} deep and are not looked into; name one of them"));
+    }
+    warnings.extend(beyond(too_many, most));
     found.sort_by_cached_key(|e| natural(&e.file.to_string_lossy()));
     Ok(found)
 }
 
+/// The sentence about files that are not looked at.
+fn beyond(too_many: usize, most: usize) -> Option<String> {
+    (too_many > 0)
+        .then(|| format!("{too_many} files beyond the first {most} are not looked at, whatever they hold; name a folder with fewer"))
+}
+
 /// The files in a zip, sorted by name with numbers in their order.
-pub fn in_zip(file: &Path, progress: &Progress) -> Result<Vec<Entry>, ReadError> {
+pub fn in_zip(file: &Path, progress: &Progress, warnings: &mut Vec<String>) -> Result<Vec<Entry>, ReadError> {
     let mut archive = ZipArchive::new(BufReader::new(open_file(file)?.0)).map_err(broken)?;
     let mut found = vec![];
+    warnings.extend(beyond(archive.len().saturating_sub(MOST_FILES), MOST_FILES));
     for n in 0..archive.len().min(MOST_FILES) {
         progress.advance(0)?;
         let entry = archive.by_index_raw(n).map_err(broken)?;
@@ -171,7 +199,26 @@ fn natural(name: &str) -> Vec<(String, u128)> {
 
 #[cfg(test)]
 mod tests {
-    use super::natural;
+    use super::{in_folder_within, natural};
+    use crate::Progress;
+
+    #[test]
+    fn what_is_not_looked_at_is_said() {
+        // Fails if files beyond the most that are looked at, or folders too deep, are passed over in silence.
+        let top = std::env::temp_dir().join(format!("bregma-entries-{}", std::process::id()));
+        let deep = (0..10).fold(top.clone(), |folder, _| folder.join("d"));
+        std::fs::create_dir_all(&deep).unwrap();
+        (0..5).for_each(|n| std::fs::write(top.join(format!("f{n}")), "x").unwrap());
+        let look = |most| {
+            let mut warnings = vec![];
+            let found = in_folder_within(&top, true, most, &Progress::default(), &mut warnings).unwrap();
+            (found.len(), warnings.join("; "))
+        };
+        let (few, all) = (look(3), look(5));
+        std::fs::remove_dir_all(&top).unwrap();
+        assert!(few.0 == 3 && few.1.contains("2 files beyond the first 3"), "{few:?}");
+        assert!(all.0 == 5 && !all.1.contains("beyond") && all.1.contains("1 folders lie more than 8 deep"), "{all:?}");
+    }
 
     #[test]
     fn numbers_count() {

@@ -2,7 +2,7 @@
 
 use super::decode::{Encoding, SampleType};
 use super::part::{Packing, Part, head_of};
-use super::{Format, Hints, NO_DIRECTIONS, ReadError, Scan, Storage, bad};
+use super::{Format, Hints, NO_DIRECTIONS, NO_SPACING, ReadError, Scan, Storage, bad};
 use crate::{Grid, Progress};
 use glam::{DMat3, DVec3};
 use std::path::Path;
@@ -14,12 +14,12 @@ const SIZE: usize = 256;
 /// The last number of the header, in files of either kind.
 const MAGIC: [[u8; 4]; 2] = [0xefff_e9b0_u32.to_be_bytes(), 719_555_000_u32.to_be_bytes()];
 
-fn sniff(path: &Path, head: &[u8]) -> bool {
+fn sniff(path: &Path, head: &[u8], _progress: &Progress) -> bool {
     let named = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gipl"));
     !head.is_empty() && (named || head.get(SIZE - 4..SIZE).is_some_and(|m| MAGIC.iter().any(|magic| magic == m)))
 }
 
-fn scan(path: &Path, _hints: &Hints, _progress: &Progress) -> Result<Scan, ReadError> {
+fn scan(path: &Path, hints: &Hints, _progress: &Progress) -> Result<Scan, ReadError> {
     let (head, there) = head_of(path, SIZE as u64)?;
     let header: [u8; SIZE] = head.try_into().map_err(|_| ReadError::NoHeader("a GIPL header has 256 bytes"))?;
     if !MAGIC.iter().any(|magic| header[SIZE - 4..] == *magic) {
@@ -43,12 +43,15 @@ fn scan(path: &Path, _hints: &Hints, _progress: &Progress) -> Result<Scan, ReadE
         code => return Err(bad("image type", code, "it is none of GIPL's types of one number")),
     };
     let dims = [0, 2, 4].map(|at| usize::from(short(at)));
-    let spacing_mm = DVec3::from([10, 14, 18].map(|at| f64::from(float(at))));
+    // Zeros stand for a spacing that nobody knew.
+    let stated_mm = Some(DVec3::from([10, 14, 18].map(|at| f64::from(float(at))))).filter(|mm| *mm != DVec3::ZERO);
+    let spacing_mm = stated_mm.or(hints.spacing_mm);
     let origin_mm = DVec3::from([204, 212, 220].map(double));
     let origin_mm = if origin_mm.is_finite() { origin_mm } else { DVec3::ZERO };
-    let grid = Grid::new(dims, spacing_mm, origin_mm, DMat3::IDENTITY)?;
+    let grid = Grid::new(dims, spacing_mm.unwrap_or(DVec3::ONE), origin_mm, DMat3::IDENTITY)?;
     let wanted = grid.len() as u128 * sample.bytes() as u128;
     let part = Part::checked(path, Packing::Plain, SIZE as u64, 0, wanted, there)?;
     let scan = Scan::new(grid, Encoding { sample, big_endian: true }, there, Storage::parts(vec![part]));
-    Ok(Scan { warnings: vec![NO_DIRECTIONS.into()], ..scan })
+    let warnings = spacing_mm.is_none().then_some(NO_SPACING).into_iter().chain([NO_DIRECTIONS]).map(str::to_owned).collect();
+    Ok(Scan { spacing_is_stated: spacing_mm.is_some(), warnings, ..scan })
 }

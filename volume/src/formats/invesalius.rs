@@ -18,7 +18,7 @@ use tar::Archive;
 /// The row of the formats.
 pub const FORMAT: Format = Format { name: "InVesalius", sniff, scan };
 
-fn sniff(path: &Path, head: &[u8]) -> bool {
+fn sniff(path: &Path, head: &[u8], _progress: &Progress) -> bool {
     !head.is_empty() && path.extension().is_some_and(|e| e.eq_ignore_ascii_case("inv3"))
 }
 
@@ -31,10 +31,7 @@ fn scan(path: &Path, _hints: &Hints, progress: &Progress) -> Result<Scan, ReadEr
     (&file).read_exact(&mut magic)?;
     let packing = if magic == [0x1f, 0x8b] { Packing::Gzip } else { Packing::Plain };
     let mut text = String::new();
-    in_tar(path, packing, &Progress::default(), "main.plist", &mut |_, entry| {
-        Ok(entry.take(MOST_PLIST).read_to_string(&mut text).map(drop)?)
-    })?;
-    progress.advance(0)?;
+    in_tar(path, packing, progress, "main.plist", &mut |_, entry| Ok(entry.take(MOST_PLIST).read_to_string(&mut text).map(drop)?))?;
     let values = plist(&text)?;
     let numbers = |key: &str| -> Result<[f64; 3], ReadError> {
         let found = values.get(key).ok_or_else(|| bad("main.plist", key, "it is not there"))?;

@@ -17,7 +17,7 @@ use std::str::FromStr;
 /// The row of the formats.
 pub const FORMAT: Format = Format { name: "MetaImage", sniff, scan };
 
-fn sniff(path: &Path, head: &[u8]) -> bool {
+fn sniff(path: &Path, head: &[u8], _progress: &Progress) -> bool {
     let named = path.extension().is_some_and(|e| ["mha", "mhd"].iter().any(|n| e.eq_ignore_ascii_case(n)));
     !head.is_empty() && (named || head.starts_with(b"ObjectType"))
 }

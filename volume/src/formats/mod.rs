@@ -25,6 +25,7 @@ mod vh;
 mod vti;
 mod write;
 
+pub use dicom::series::Series;
 pub use error::{OpenError, ReadError};
 pub use raw::{RawLayout, RawLayoutError};
 pub use scan::{Scan, Survey};
@@ -42,7 +43,7 @@ pub struct Format {
     /// What people call it.
     pub name: &'static str,
     /// Whether a path is of this format, told from its name and first bytes (none for a folder).
-    pub sniff: fn(path: &Path, head: &[u8]) -> bool,
+    pub sniff: fn(path: &Path, head: &[u8], progress: &Progress) -> bool,
     /// Reads its headers.
     pub scan: fn(&Path, &Hints, &Progress) -> Result<Scan, ReadError>,
 }
@@ -74,7 +75,7 @@ pub struct Hints {
     pub reduce: Option<Reduce>,
     /// What is done with slices that are not evenly spaced.
     pub uneven: Uneven,
-    /// Number of the series, where there are several; also given as `FOLDER#NUMBER`.
+    /// Key of the series, where there are several (see [`Series`]); also given as `FOLDER#KEY`.
     pub series: Option<String>,
 }
 
@@ -135,7 +136,7 @@ pub fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, Ope
     let (path, hints) = chosen(path, hints);
     let (path, hints) = (path.as_path(), &hints);
     let scan = || -> Result<Scan, ReadError> {
-        let format = if hints.raw.is_some() { &raw::FORMAT } else { find(path)? };
+        let format = if hints.raw.is_some() { &raw::FORMAT } else { find(path, progress)? };
         if let Some(series) = hints.series.as_ref().filter(|_| format.name != dicom::FORMAT.name) {
             return Err(ReadError::Unsupported(format!(
                 "it has no series {series}: only DICOM has series; leave the # and what follows away"
@@ -160,18 +161,30 @@ fn chosen(path: &Path, hints: &Hints) -> (PathBuf, Hints) {
     }
 }
 
+/// The DICOM series that the folder or zip at `path` holds, the largest first; none where there is nothing to choose.
+pub fn series(path: &Path, progress: &Progress) -> Result<Vec<Series>, OpenError> {
+    let many = path.is_dir() || path.is_file() && part::head_of(path, 4).is_ok_and(|(head, _)| is_zip(&head));
+    let list = || match many && find(path, progress)?.name == dicom::FORMAT.name {
+        true => dicom::series::list(path, progress),
+        false => Ok(vec![]),
+    };
+    list().map_err(|reason| OpenError { file: path.to_owned(), reason })
+}
+
 /// Opens a scan of any of the [`FORMATS`]; its name is its file's. `progress` counts bytes of its files.
 pub fn open(path: &Path, hints: &Hints, progress: &Progress) -> Result<Volume, OpenError> {
     scan(path, hints, progress)?.load(progress)
 }
 
-fn find(path: &Path) -> Result<&'static Format, ReadError> {
+fn find(path: &Path, progress: &Progress) -> Result<&'static Format, ReadError> {
     let mut head = vec![];
     let folder = path.metadata()?.is_dir();
     if !folder {
         part::open_file(path)?.0.take(HEAD_BYTES).read_to_end(&mut head)?;
     }
-    let found = FORMATS.iter().find(|f| (f.sniff)(path, &head));
+    let found = FORMATS.iter().find(|f| (f.sniff)(path, &head, progress));
+    // What was looked at while the person cancelled was not recognized for that reason.
+    progress.advance(0)?;
     found.ok_or_else(|| match folder {
         true => ReadError::Directory,
         false => ReadError::UnknownFormat(FORMATS.iter().map(|f| f.name).collect::<Vec<_>>().join(", ")),

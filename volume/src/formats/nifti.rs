@@ -22,7 +22,7 @@ const SIZE_1: usize = 348;
 /// Length of a NIfTI-2 header, which is also its first number.
 const SIZE_2: usize = 540;
 
-fn sniff(path: &Path, head: &[u8]) -> bool {
+fn sniff(path: &Path, head: &[u8], _progress: &Progress) -> bool {
     // The names cover files that are damaged too, so that what is wrong with them can be said.
     let name = path.to_string_lossy().to_lowercase();
     let named = [".nii", ".nii.gz", ".img", ".img.gz"].iter().any(|end| name.ends_with(end));

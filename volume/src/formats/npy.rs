@@ -15,7 +15,7 @@ const MAGIC: &[u8] = b"\x93NUMPY";
 /// An array of three axes says all in a few hundred bytes.
 const MOST_BYTES: u64 = 1 << 16;
 
-fn sniff(path: &Path, head: &[u8]) -> bool {
+fn sniff(path: &Path, head: &[u8], _progress: &Progress) -> bool {
     let named = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("npy"));
     !head.is_empty() && (named || head.starts_with(MAGIC))
 }

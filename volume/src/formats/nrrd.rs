@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 /// The row of the formats.
 pub const FORMAT: Format = Format { name: "NRRD", sniff, scan };
 
-fn sniff(_path: &Path, head: &[u8]) -> bool {
+fn sniff(_path: &Path, head: &[u8], _progress: &Progress) -> bool {
     head.starts_with(b"NRRD")
 }
 

@@ -43,9 +43,14 @@ pub const MORE_BYTES: &str = "the file goes on after the samples that its header
 /// Deflate's longest match spends 2 bits on 258 bytes, a ratio of 1032; the rest is for headers. What claims more is no such data.
 pub const MOST_EXPANSION: u64 = 1100;
 
-/// Refuses `wanted` bytes that `packed` bytes cannot unpack to.
+/// Refuses `wanted` bytes that `packed` deflated bytes cannot unpack to.
 pub fn check_expansion(wanted: u128, packed: u64) -> Result<(), ReadError> {
-    if wanted > u128::from(packed) * u128::from(MOST_EXPANSION) {
+    check_expansion_to(wanted, packed, MOST_EXPANSION)
+}
+
+/// Refuses `wanted` bytes that `packed` bytes, each unpacked to `most` at most, cannot hold.
+pub fn check_expansion_to(wanted: u128, packed: u64, most: u64) -> Result<(), ReadError> {
+    if wanted > u128::from(packed) * u128::from(most) {
         return Err(ReadError::CannotHold { wanted, compressed: packed });
     }
     Ok(())

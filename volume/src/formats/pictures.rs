@@ -2,7 +2,7 @@
 
 use super::decode::{Encoding, SampleType};
 use super::entries::{Entry, in_folder, in_zip};
-use super::part::{check_expansion, in_file};
+use super::part::{MOST_EXPANSION, check_expansion_to, in_file};
 use super::{Format, Hints, NO_DIRECTIONS, NO_SPACING, ReadError, Scan, Storage, tiff};
 use crate::{Grid, Progress};
 use glam::{DMat3, DVec3};
@@ -36,13 +36,13 @@ fn kind(name: &str) -> Option<Kind> {
     KINDS.iter().find(|(e, _)| ext.eq_ignore_ascii_case(e)).map(|(_, kind)| *kind)
 }
 
-fn entries(path: &Path, progress: &Progress) -> Result<Vec<Entry>, ReadError> {
-    if path.is_dir() { in_folder(path, false, progress) } else { in_zip(path, progress) }
+fn entries(path: &Path, progress: &Progress, warnings: &mut Vec<String>) -> Result<Vec<Entry>, ReadError> {
+    if path.is_dir() { in_folder(path, false, progress, warnings) } else { in_zip(path, progress, warnings) }
 }
 
-fn sniff(path: &Path, head: &[u8]) -> bool {
+fn sniff(path: &Path, head: &[u8], progress: &Progress) -> bool {
     if path.is_dir() {
-        return entries(path, &Progress::default()).is_ok_and(|entries| entries.iter().any(|e| kind(&e.name).is_some()));
+        return entries(path, progress, &mut vec![]).is_ok_and(|entries| entries.iter().any(|e| kind(&e.name).is_some()));
     }
     // A zip that is no DICOM is claimed, too.
     if super::is_zip(head) {
@@ -56,14 +56,15 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
     if !path.is_dir() && kind(&path.to_string_lossy()).is_some() {
         return Err(ReadError::Unsupported("it is one picture; name its folder to read the pictures there as slices".into()));
     }
-    let mut slices: Vec<(Entry, Kind)> = entries(path, progress)?.into_iter().filter_map(|e| kind(&e.name).map(|k| (e, k))).collect();
     let mut warnings = vec![];
+    let all = entries(path, progress, &mut warnings)?;
+    let mut slices: Vec<(Entry, Kind)> = all.into_iter().filter_map(|e| kind(&e.name).map(|k| (e, k))).collect();
     // Of several kinds the most common is meant; a logo or a preview is no slice.
     let usual = most_common(slices.iter().map(|(_, kind)| *kind)).ok_or(ReadError::NoImages)?;
     keep(&mut slices, &mut warnings, "of another kind than the others", |(_, kind)| *kind == usual);
     progress.begin(slices.len() as u64);
     // Each by itself first, so that of several faults the first is told.
-    let looked: Vec<Result<(usize, usize, SampleType), ReadError>> = slices
+    let looked: Vec<Result<Look, ReadError>> = slices
         .par_iter()
         .map(|(entry, kind)| {
             progress.advance(1)?;
@@ -71,10 +72,14 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
         })
         .collect();
     let looked = looked.into_iter().collect::<Result<Vec<_>, ReadError>>()?;
-    let most = most_common(looked.iter().copied()).ok_or(ReadError::NoImages)?;
-    let mut like = looked.iter().map(|l| *l == most);
+    let kinds = || looked.iter().map(|l| (l.dims, l.sample));
+    let most = most_common(kinds()).ok_or(ReadError::NoImages)?;
+    let mut like = kinds().map(|l| l == most);
     keep(&mut slices, &mut warnings, "of another size or type than the others", |_| like.next() == Some(true));
-    let (nx, ny, sample) = most;
+    let ([nx, ny], sample) = most;
+    if looked.iter().any(|l| (l.dims, l.sample) == most && l.white_is_zero) {
+        warnings.push(tiff::WHITE_IS_ZERO.into());
+    }
 
     if hints.spacing_mm.is_none() {
         warnings.push(NO_SPACING.into());
@@ -82,7 +87,7 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
     warnings.push(NO_DIRECTIONS.into());
     let grid = Grid::new([nx, ny, slices.len()], hints.spacing_mm.unwrap_or(DVec3::ONE), DVec3::ZERO, DMat3::IDENTITY)?;
     let file_bytes = slices.iter().map(|(e, _)| e.packed_bytes()).sum();
-    let storage = Storage::Slices(Box::new(move |k, progress| {
+    let storage = Storage::Slices(Box::new(move |k, _, progress| {
         let (entry, kind) = &slices[k];
         read(entry, *kind, progress).map_err(|e| in_file(Path::new(&entry.name), e))
     }));
@@ -115,14 +120,21 @@ fn damaged(error: &dyn std::fmt::Display) -> ReadError {
     ReadError::Damaged(format!("as a picture, {error}"))
 }
 
-/// Size and type of a picture's samples.
-fn look(entry: &Entry, kind: Kind) -> Result<(usize, usize, SampleType), ReadError> {
+/// What a picture's header says.
+#[derive(Clone, Copy)]
+struct Look {
+    dims: [usize; 2],
+    sample: SampleType,
+    white_is_zero: bool,
+}
+
+fn look(entry: &Entry, kind: Kind) -> Result<Look, ReadError> {
     // The bytes of headers are few; the work is counted in files.
     let progress = Progress::default();
-    let (width, height, sample) = match kind {
+    let (look, most) = match kind {
         Kind::Tiff => {
-            let page = tiff::first_page(entry, &progress)?;
-            (page.dims[0], page.dims[1], page.sample)
+            let (page, most) = tiff::first_page(entry, &progress)?;
+            (Look { dims: page.dims, sample: page.sample, white_is_zero: page.white_is_zero }, most)
         }
         Kind::Other(format) => {
             let decoder = ImageReader::with_format(entry.seekable(&progress)?, format).into_decoder().map_err(|e| damaged(&e))?;
@@ -132,11 +144,12 @@ fn look(entry: &Entry, kind: Kind) -> Result<(usize, usize, SampleType), ReadErr
                 ColorType::L16 | ColorType::La16 | ColorType::Rgb16 | ColorType::Rgba16 => SampleType::U16,
                 other => return Err(ReadError::Unsupported(format!("its pixels are {other:?}; only grey values can be read"))),
             };
-            (width as usize, height as usize, sample)
+            (Look { dims: [width as usize, height as usize], sample, white_is_zero: false }, MOST_EXPANSION)
         }
     };
-    check_expansion(width as u128 * height as u128 * sample.bytes() as u128, entry.bytes)?;
-    Ok((width, height, sample))
+    let wanted = look.dims.iter().map(|&n| n as u128).product::<u128>() * look.sample.bytes() as u128;
+    check_expansion_to(wanted, entry.bytes, most)?;
+    Ok(look)
 }
 
 /// The samples of a picture, little-endian. Colours are refused, unless all three are the same, as grey pictures are often saved.

@@ -75,7 +75,7 @@ fn layout_in_name(path: &Path) -> Option<RawLayout> {
     Some(RawLayout { dims, sample, big_endian: false, skip: 0 })
 }
 
-fn sniff(path: &Path, _head: &[u8]) -> bool {
+fn sniff(path: &Path, _head: &[u8], _progress: &Progress) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("raw")) && !path.is_dir()
 }
 

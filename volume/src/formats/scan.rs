@@ -14,8 +14,8 @@ pub type Sink<'a> = dyn FnMut(&[u8]) -> Result<(), ReadError> + 'a;
 /// Passes all samples on; gives warnings that only reading them brings up.
 type Stream = dyn Fn(&Progress, &mut Sink<'_>) -> Result<Vec<String>, ReadError> + Send + Sync;
 
-/// The samples of slice k.
-type Slice = dyn Fn(usize, &Progress) -> Result<Vec<u8>, ReadError> + Send + Sync;
+/// The samples of slice k. A buffer comes with the wish, that of an earlier slice where there was one: fresh memory costs as much as reading.
+type Slice = dyn Fn(usize, Vec<u8>, &Progress) -> Result<Vec<u8>, ReadError> + Send + Sync;
 
 /// A slice by its number, unpacked.
 type Unpacked = (usize, Result<Vec<u8>, ReadError>);
@@ -263,14 +263,19 @@ impl Scan {
                 // Two batches are under way, one unpacked while the one before is passed on: a sixteenth of the samples at most, so that
                 // memory stays near that of the samples.
                 let batch = (nz / 32).clamp(1, 2 * rayon::current_num_threads());
-                let unpack = |slices: &[usize]| -> Vec<Unpacked> { slices.par_iter().map(|&k| (k, slice(k, progress))).collect() };
+                let unpack = |slices: &[usize], mut buffers: Vec<Vec<u8>>| -> Vec<Unpacked> {
+                    buffers.resize(slices.len(), vec![]);
+                    slices.par_iter().zip(buffers).map(|(&k, buffer)| (k, slice(k, buffer, progress))).collect()
+                };
                 let mut batches = wanted.chunks(batch);
-                let mut ready = unpack(batches.next().unwrap_or_default());
+                let mut ready = unpack(batches.next().unwrap_or_default(), vec![]);
+                let mut buffers = vec![];
                 while !ready.is_empty() {
                     let mut next = vec![];
+                    let again = std::mem::take(&mut buffers);
                     rayon::in_place_scope(|scope| {
                         if let Some(slices) = batches.next() {
-                            scope.spawn(|_| next = unpack(slices));
+                            scope.spawn(|_| next = unpack(slices, again));
                         }
                         for (k, bytes) in std::mem::take(&mut ready) {
                             let bytes = bytes?;
@@ -278,6 +283,7 @@ impl Scan {
                                 return Err(ReadError::Truncated { wanted: slice_bytes.into(), there: bytes.len() as u64 });
                             }
                             pass(&bytes, k as u64 * slice_bytes)?;
+                            buffers.push(bytes);
                         }
                         Ok(progress.advance(0)?)
                     })?;

@@ -1,7 +1,7 @@
 //! Slices that lie where they say become one grid: sorted along their normal, sheared where the gantry was tilted, even or not.
 
 use super::{ReadError, Uneven};
-use crate::Grid;
+use crate::{Grid, Progress};
 use glam::{DAffine3, DMat3, DVec3};
 
 /// Where a slice lies.
@@ -43,15 +43,19 @@ pub struct Stack {
 const DIRECTION: f64 = 1e-3;
 /// Spacings are written with at least 4 digits.
 const SPACING: f64 = 1e-3;
-/// Slices nearer to each other than this are one place: positions are written to a micrometre or coarser.
-const SAME_PLACE_MM: f64 = 1e-3;
+/// Slices nearer to each other than this part of the distance of their samples are one place: no scanner cuts so thin, and positions that
+/// are written again differ less.
+const SAME_PLACE: f64 = 1e-2;
+/// Kinds of slices that the most common one is found among. Each slice is compared with one of each kind, so that there must be few; what is
+/// like none of the first of them is a stray.
+const MOST_KINDS: usize = 256;
 /// Slices within this part of a step of their even place are even: tables stop that well, and positions are rounded.
 const EVEN: f64 = 0.02;
 
 /// Puts slices in order. `thickness_mm` is the distance to the next slice where there is only one.
-pub fn build(slices: &[Slice], uneven: Uneven, thickness_mm: Option<f64>) -> Result<Stack, ReadError> {
+pub fn build(slices: &[Slice], uneven: Uneven, thickness_mm: Option<f64>, progress: &Progress) -> Result<Stack, ReadError> {
     let mut warnings = vec![];
-    let mut order = likest(slices, &mut warnings)?;
+    let mut order = likest(slices, &mut warnings, progress)?;
     let first = slices[order[0]];
     let [i, j] = first.along;
     if (i.length() - 1.0).abs() > DIRECTION || (j.length() - 1.0).abs() > DIRECTION || i.dot(j).abs() > DIRECTION {
@@ -63,7 +67,18 @@ pub fn build(slices: &[Slice], uneven: Uneven, thickness_mm: Option<f64>) -> Res
     // Equal heights keep the order in which they came.
     order.sort_by(|&a, &b| height(a).total_cmp(&height(b)));
     let all = order.len();
-    order.dedup_by(|b, a| height(*b) - height(*a) < SAME_PLACE_MM);
+    let sample_mm = first.spacing_mm[0].min(first.spacing_mm[1]);
+    let sideways =
+        || ReadError::Contradiction("its slices are shifted sideways against each other, as if they were of several scans".into());
+    let mut is_beside = false;
+    order.dedup_by(|b, a| {
+        let same_height = height(*b) - height(*a) < SAME_PLACE * sample_mm;
+        is_beside |= same_height && slices[*a].position_mm.distance(slices[*b].position_mm) > sample_mm;
+        same_height
+    });
+    if is_beside {
+        return Err(sideways());
+    }
     if order.len() < all {
         let n = all - order.len();
         warnings.push(format!("{n} of {all} slices lie where another one does and are left out: of each place the first image is read"));
@@ -86,16 +101,16 @@ pub fn build(slices: &[Slice], uneven: Uneven, thickness_mm: Option<f64>) -> Res
             let total = normal.dot(end - begin);
             // The line from the first slice to the last must pass through all of them, or they are shifted sideways.
             let line = |n: usize| begin + (end - begin) * ((height(n) - height(order[0])) / total);
-            let tolerance = first.spacing_mm[0].min(first.spacing_mm[1]);
-            if order.iter().any(|&n| slices[n].position_mm.distance(line(n)) > tolerance) {
-                return Err(ReadError::Contradiction("its slices are shifted sideways against each other".into()));
+            if order.iter().any(|&n| slices[n].position_mm.distance(line(n)) > sample_mm) {
+                return Err(sideways());
             }
             let list = list_gaps(&gaps, usual);
             let steps = (total / usual).round();
             let more = (steps as usize).saturating_add(1);
             // What a stack of so many slices would need is bounded: no gap asks for more than is there.
             if uneven == Uneven::Refuse || more > 16 * order.len() {
-                return Err(ReadError::Uneven { usual_mm: usual, gaps: list });
+                // To the nanometre: what is finer is only how positions were written.
+                return Err(ReadError::Uneven { usual_mm: (usual * 1e6).round() / 1e6, gaps: list });
             }
             warnings.push(format!(
                 "its slices are not even ({list}); they are interpolated linearly to {more} slices {} mm apart",
@@ -115,7 +130,7 @@ pub fn build(slices: &[Slice], uneven: Uneven, thickness_mm: Option<f64>) -> Res
 }
 
 /// The slices of the most common size, directions and spacing.
-fn likest(slices: &[Slice], warnings: &mut Vec<String>) -> Result<Vec<usize>, ReadError> {
+fn likest(slices: &[Slice], warnings: &mut Vec<String>, progress: &Progress) -> Result<Vec<usize>, ReadError> {
     let like = |a: &Slice, b: &Slice| {
         a.dims == b.dims
             && (0..2).all(|n| a.along[n].distance(b.along[n]) < DIRECTION)
@@ -123,9 +138,11 @@ fn likest(slices: &[Slice], warnings: &mut Vec<String>) -> Result<Vec<usize>, Re
     };
     let mut groups: Vec<Vec<usize>> = vec![];
     for (n, slice) in slices.iter().enumerate() {
-        match groups.iter_mut().find(|g| like(&slices[g[0]], slice)) {
-            Some(group) => group.push(n),
-            None => groups.push(vec![n]),
+        progress.advance(0)?;
+        match groups.iter().position(|g| like(&slices[g[0]], slice)) {
+            Some(group) => groups[group].push(n),
+            None if groups.len() < MOST_KINDS => groups.push(vec![n]),
+            None => {}
         }
     }
     // The first of the largest.
@@ -171,6 +188,10 @@ fn short(mm: f64) -> String {
 mod tests {
     use super::*;
 
+    fn build(slices: &[Slice], uneven: Uneven, thickness_mm: Option<f64>) -> Result<Stack, ReadError> {
+        super::build(slices, uneven, thickness_mm, &Progress::default())
+    }
+
     fn slice(z: f64) -> Slice {
         Slice { position_mm: DVec3::new(1.0, 2.0, z), along: [DVec3::X, DVec3::Y], spacing_mm: [0.5, 0.6], dims: [4, 5] }
     }
@@ -210,6 +231,31 @@ mod tests {
         assert_eq!((stack.grid.dims(), stack.warnings.len()), ([4, 5, 4], 2));
         assert!(stack.warnings[0].starts_with("3 of 8 slices differ"), "{:?}", stack.warnings);
         assert!(stack.warnings[1].starts_with("1 of 5 slices lie where"), "{:?}", stack.warnings);
+    }
+
+    #[test]
+    fn only_the_same_place_is_the_same_place() {
+        // Fails if slices of a micrometre are one place, or if slices beside each other are.
+        let fine: Vec<Slice> = (0..5).map(|k| Slice { spacing_mm: [1e-3, 1e-3], ..slice(5e-4 * f64::from(k)) }).collect();
+        let stack = build(&fine, Uneven::Refuse, None).unwrap();
+        assert_eq!((stack.grid.dims()[2], stack.warnings.len()), (5, 0));
+        let mut again = at(&[0.0, 1.0, 1.0 + 1e-7, 2.0]);
+        assert_eq!(build(&again, Uneven::Refuse, None).unwrap().grid.dims()[2], 3);
+        again[2].position_mm.x += 3.0;
+        assert!(build(&again, Uneven::Resample, None).unwrap_err().to_string().contains("sideways"));
+    }
+
+    #[test]
+    fn many_kinds_of_slices_take_no_time() {
+        // Fails if every slice is compared with every other, which takes minutes here, or if that cannot be stopped.
+        let turned = |n: usize| Slice { spacing_mm: [1.0, 1.0 + 0.01 * n as f64], ..slice(n as f64) };
+        let slices: Vec<Slice> = (0..200_000).map(turned).collect();
+        let begun = std::time::Instant::now();
+        assert_eq!(build(&slices, Uneven::Refuse, None).unwrap().grid.dims()[2], 1);
+        assert!(begun.elapsed().as_secs_f64() < 5.0, "{:?}", begun.elapsed());
+        let stopped = Progress::default();
+        stopped.cancel();
+        assert!(matches!(super::build(&slices, Uneven::Refuse, None, &stopped), Err(ReadError::Cancelled(_))));
     }
 
     #[test]

@@ -16,12 +16,12 @@ use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 use tiff::ColorType;
 use tiff::decoder::{Decoder, DecodingResult, Limits};
-use tiff::tags::{PhotometricInterpretation, Tag};
+use tiff::tags::{CompressionMethod, PhotometricInterpretation, Tag};
 
 /// The row of the formats.
 pub const FORMAT: Format = Format { name: "TIFF", sniff, scan };
 
-fn sniff(path: &Path, head: &[u8]) -> bool {
+fn sniff(path: &Path, head: &[u8], _progress: &Progress) -> bool {
     let named = path.extension().is_some_and(|e| ["tif", "tiff", "btf", "tf8"].iter().any(|n| e.eq_ignore_ascii_case(n)));
     !head.is_empty() && (named || is_tiff(head))
 }
@@ -47,7 +47,37 @@ pub struct Page {
     /// Their type.
     pub sample: SampleType,
     /// Low numbers are white.
-    white_is_zero: bool,
+    pub white_is_zero: bool,
+}
+
+impl Page {
+    fn bytes(&self) -> u64 {
+        self.dims.iter().map(|&n| n as u64).product::<u64>().saturating_mul(self.sample.bytes() as u64)
+    }
+
+    /// What the lowest number is turned into where low numbers are white, as the decoder does; `None` for types that it does not turn.
+    fn white(&self) -> Option<f64> {
+        match self.sample {
+            SampleType::U8 => Some(u8::MAX.into()),
+            SampleType::U16 => Some(u16::MAX.into()),
+            SampleType::U32 => Some(u32::MAX.into()),
+            SampleType::U64 => Some(u64::MAX as f64),
+            SampleType::F32 | SampleType::F64 => Some(1.0),
+            SampleType::I8 | SampleType::I16 | SampleType::I32 | SampleType::I64 => None,
+        }
+    }
+}
+
+/// The sentence about pages whose low numbers are white.
+pub const WHITE_IS_ZERO: &str = "its low numbers are shown white; they are read as the high ones";
+
+/// LZW's longest string has 3838 bytes and takes 12 bits, a ratio of 2559.
+const MOST_LZW: u64 = 2600;
+
+/// Bytes that a byte of the page that the decoder is at unpacks to, at most.
+fn most_expansion<R: Read + Seek>(decoder: &mut Decoder<R>) -> Result<u64, ReadError> {
+    let compression = decoder.find_tag_unsigned::<u16>(Tag::Compression).map_err(damaged)?;
+    Ok(if compression == Some(CompressionMethod::LZW.to_u16()) { MOST_LZW } else { MOST_EXPANSION })
 }
 
 /// Looks at the page that the decoder is at. Grey pages of whole bytes only.
@@ -164,15 +194,17 @@ fn first_of(entry: &Entry, progress: &Progress) -> Result<Decoder<impl Read + Se
     Decoder::new(source).map_err(damaged)
 }
 
-/// Looks at the first page of a file that is one slice of many.
-pub fn first_page(entry: &Entry, progress: &Progress) -> Result<Page, ReadError> {
-    page(&mut first_of(entry, progress)?)
+/// Looks at the first page of a file that is one slice of many; also, bytes that one of its bytes unpacks to at most.
+pub fn first_page(entry: &Entry, progress: &Progress) -> Result<(Page, u64), ReadError> {
+    let mut decoder = first_of(entry, progress)?;
+    Ok((page(&mut decoder)?, most_expansion(&mut decoder)?))
 }
 
 /// Unpacks the first page of a file that is one slice of many.
 pub fn read_first_page(entry: &Entry, progress: &Progress) -> Result<Vec<u8>, ReadError> {
-    let most = entry.bytes.saturating_mul(MOST_EXPANSION);
-    unpack(&mut first_of(entry, progress)?.with_limits(limits(most)))
+    let mut decoder = first_of(entry, progress)?;
+    let bytes = page(&mut decoder)?.bytes();
+    unpack(&mut decoder.with_limits(limits(bytes)))
 }
 
 /// A TIFF file whose header points at another page than its own does: each page is read by itself.
@@ -233,7 +265,7 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
     let description = decoder.find_tag(Tag::ImageDescription).map_err(damaged)?;
     let about = About::of(&description.and_then(|d| d.into_string().ok()).unwrap_or_default(), &mut decoder)?;
     let contiguous = if directories.len() == 1 { contiguous(&mut decoder, &about, first, there)? } else { None };
-    let page_bytes = first.dims.iter().map(|&n| n as u64).product::<u64>().saturating_mul(first.sample.bytes() as u64);
+    let page_bytes = first.bytes();
     let mut warnings = vec![];
     let mut pages = vec![];
     for &offset in &directories {
@@ -248,13 +280,20 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
         warnings.push(format!("{others} of {all} pages are not like the first and are left out"));
     }
     let slices = contiguous.map_or(pages.len(), |(_, slices)| slices);
-    super::part::check_expansion(u128::from(page_bytes) * slices as u128, there)?;
+    super::part::check_expansion_to(u128::from(page_bytes) * slices as u128, there, most_expansion(&mut decoder)?)?;
+    let (mut slope, mut intercept) = about.scale;
     if first.white_is_zero {
-        warnings.push("its low numbers are shown white; they are read as the high ones".into());
+        warnings.push(WHITE_IS_ZERO.into());
+        // The decoder turns pages round; what lies behind a page is turned by its scale.
+        if contiguous.is_some() {
+            let white = first.white().ok_or_else(|| {
+                ReadError::Unsupported("its low numbers are shown white, but have signs; save it with black as low".into())
+            })?;
+            (slope, intercept) = (-slope, intercept + slope * white);
+        }
     }
     let [nx, ny] = first.dims;
     let (grid, spacing_is_stated) = about.grid([nx, ny, slices], hints, &mut warnings)?;
-    let (slope, intercept) = about.scale;
     let big_endian = contiguous.is_some() && decoder.byte_order() == tiff::tags::ByteOrder::BigEndian;
     let encoding = Encoding { sample: first.sample, big_endian };
     let storage = match contiguous {
@@ -264,7 +303,7 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
         }
         None => {
             let path = path.to_owned();
-            Storage::Slices(Box::new(move |k, progress| {
+            Storage::Slices(Box::new(move |k, _, progress| {
                 let decoder = Decoder::new(At::new(&path, pages[k], progress)?).map_err(damaged)?;
                 unpack(&mut decoder.with_limits(limits(page_bytes)))
             }))

@@ -16,7 +16,7 @@ pub const FORMAT: Format = Format { name: "VH", sniff, scan };
 /// A few lines.
 const MOST_BYTES: u64 = 1 << 14;
 
-fn sniff(path: &Path, head: &[u8]) -> bool {
+fn sniff(path: &Path, head: &[u8], _progress: &Progress) -> bool {
     !head.is_empty() && path.extension().is_some_and(|e| e.eq_ignore_ascii_case("vh"))
 }
 

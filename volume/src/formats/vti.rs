@@ -4,7 +4,7 @@
 
 use super::decode::{Encoding, SampleType};
 use super::part::{check_expansion, counted, open_file, pass, read_all};
-use super::{Format, Hints, NO_DIRECTIONS, ReadError, Scan, Sink, Storage, bad};
+use super::{Format, Hints, NO_DIRECTIONS, NO_SPACING, ReadError, Scan, Sink, Storage, bad};
 use crate::{Grid, Progress};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -22,7 +22,7 @@ use std::str::FromStr;
 /// The row of the formats.
 pub const FORMAT: Format = Format { name: "VTI", sniff, scan };
 
-fn sniff(path: &Path, head: &[u8]) -> bool {
+fn sniff(path: &Path, head: &[u8], _progress: &Progress) -> bool {
     let named = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("vti"));
     let text = String::from_utf8_lossy(&head[..head.len().min(1024)]);
     !head.is_empty() && (named || (text.contains("<VTKFile") && text.contains("ImageData")))
@@ -66,12 +66,14 @@ fn numbers<T: FromStr, const N: usize>(element: &BytesStart<'_>, name: &str) -> 
     numbers.map(Some).ok_or_else(|| bad(name, text, &format!("it must be {N} numbers")))
 }
 
-fn scan(path: &Path, _hints: &Hints, progress: &Progress) -> Result<Scan, ReadError> {
+fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadError> {
     let (file, there) = open_file(path)?;
     let mut reader = Reader::from_reader(BufReader::new(file));
     let (mut big_endian, mut word, mut packed) = (false, 4, false);
     let mut grid = None;
     let (mut wanted_name, mut array) = (None, None);
+    // Whether the numbers at hand are those of cells, and whether any are.
+    let (mut in_cells, mut has_cells) = (false, false);
     let mut pieces = 0;
     let mut buffer = vec![];
     let (encoding, form, start) = loop {
@@ -81,7 +83,11 @@ fn scan(path: &Path, _hints: &Hints, progress: &Progress) -> Result<Scan, ReadEr
         let at = reader.buffer_position();
         let element = match &event {
             Event::Start(element) | Event::Empty(element) => element,
-            Event::Eof => return Err(ReadError::NoHeader("it holds no array of numbers at its points")),
+            Event::End(end) => {
+                in_cells &= end.name().as_ref() != b"CellData";
+                continue;
+            }
+            Event::Eof => return Err(nothing(has_cells)),
             _ => continue,
         };
         match element.name().as_ref() {
@@ -97,15 +103,17 @@ fn scan(path: &Path, _hints: &Hints, progress: &Progress) -> Result<Scan, ReadEr
                     }
                 };
             }
-            b"ImageData" => grid = Some(image_grid(element)?),
+            b"ImageData" => grid = Some(image_grid(element, hints)?),
             b"Piece" => {
                 pieces += 1;
-                let whole = grid.as_ref().map(Grid::dims);
+                let whole = grid.as_ref().map(|(grid, _)| Grid::dims(grid));
                 if pieces > 1 || numbers::<i64, 6>(element, "Extent")?.is_some_and(|e| dims(e).ok() != whole) {
                     return Err(ReadError::Unsupported("it is written in several pieces; write it as one".into()));
                 }
             }
             b"PointData" => wanted_name = attribute(element, "Scalars"),
+            b"CellData" => in_cells = matches!(event, Event::Start(_)),
+            b"DataArray" if in_cells => has_cells = true,
             b"DataArray" if array.is_none() => {
                 if pieces == 0 || wanted_name.is_some() && attribute(element, "Name") != wanted_name {
                     continue;
@@ -124,7 +132,7 @@ fn scan(path: &Path, _hints: &Hints, progress: &Progress) -> Result<Scan, ReadEr
                 }
             }
             b"AppendedData" => {
-                let (encoding, offset) = array.ok_or(ReadError::NoHeader("it holds no array of numbers at its points"))?;
+                let (encoding, offset) = array.ok_or_else(|| nothing(has_cells))?;
                 let form = if attribute(element, "encoding").as_deref() == Some("base64") { Form::Base64 } else { Form::Raw };
                 let mut file = reader.into_inner();
                 // Offsets count from behind the underscore that follows.
@@ -137,7 +145,7 @@ fn scan(path: &Path, _hints: &Hints, progress: &Progress) -> Result<Scan, ReadEr
             _ => {}
         }
     };
-    let grid = grid.ok_or(ReadError::MissingField("ImageData"))?;
+    let (grid, spacing_is_stated) = grid.ok_or(ReadError::MissingField("ImageData"))?;
     let wanted = grid.len() as u128 * encoding.sample.bytes() as u128;
     let left = there.saturating_sub(start);
     match (packed, form) {
@@ -151,7 +159,8 @@ fn scan(path: &Path, _hints: &Hints, progress: &Progress) -> Result<Scan, ReadEr
     }
     let data = Data { file: path.to_owned(), start, form, packed, word, encoding, bytes: wanted as u64, left };
     let storage = Storage::Stream(Box::new(move |progress, take| data.stream(progress, take).map(|()| vec![])));
-    Ok(Scan { warnings: vec![NO_DIRECTIONS.into()], ..Scan::new(grid, encoding, there, storage) })
+    let warnings = (!spacing_is_stated).then_some(NO_SPACING).into_iter().chain([NO_DIRECTIONS]).map(str::to_owned).collect();
+    Ok(Scan { spacing_is_stated, warnings, ..Scan::new(grid, encoding, there, storage) })
 }
 
 /// Samples along each axis of an extent of first and last indices.
@@ -161,15 +170,27 @@ fn dims(extent: [i64; 6]) -> Result<[usize; 3], ReadError> {
     a.zip(b).zip(c).map(|((a, b), c)| [a, b, c]).ok_or_else(|| bad("WholeExtent", format!("{extent:?}"), "it is no range of indices"))
 }
 
-fn image_grid(element: &BytesStart<'_>) -> Result<Grid, ReadError> {
+/// Why there is nothing to read.
+fn nothing(has_cells: bool) -> ReadError {
+    match has_cells {
+        true => ReadError::Unsupported(
+            "its numbers are those of cells, not of points; turn them with ParaView's Cell Data to Point Data".into(),
+        ),
+        false => ReadError::NoHeader("it holds no array of numbers at its points"),
+    }
+}
+
+/// The grid, and whether its spacing is known.
+fn image_grid(element: &BytesStart<'_>, hints: &Hints) -> Result<(Grid, bool), ReadError> {
     let extent = numbers::<i64, 6>(element, "WholeExtent")?.ok_or(ReadError::MissingField("WholeExtent"))?;
-    let spacing_mm = DVec3::from(numbers::<f64, 3>(element, "Spacing")?.unwrap_or([1.0; 3]));
+    let stated_mm = numbers::<f64, 3>(element, "Spacing")?.map(DVec3::from).or(hints.spacing_mm);
+    let spacing_mm = stated_mm.unwrap_or(DVec3::ONE);
     // Rows of a matrix whose columns are the directions of the axes.
     let direction =
         DMat3::from_cols_array(&numbers::<f64, 9>(element, "Direction")?.unwrap_or(DMat3::IDENTITY.to_cols_array())).transpose();
     let first = DVec3::new(extent[0] as f64, extent[2] as f64, extent[4] as f64);
     let origin_mm = DVec3::from(numbers::<f64, 3>(element, "Origin")?.unwrap_or_default()) + direction * (spacing_mm * first);
-    Ok(Grid::new(dims(extent)?, spacing_mm, origin_mm, direction)?)
+    Ok((Grid::new(dims(extent)?, spacing_mm, origin_mm, direction)?, stated_mm.is_some()))
 }
 
 fn sample_type(element: &BytesStart<'_>) -> Result<SampleType, ReadError> {

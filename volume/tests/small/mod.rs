@@ -120,6 +120,7 @@ pub const DEFLATED: &str = "1.2.840.10008.1.2.1.99";
 pub const JPEG_LOSSLESS: &str = "1.2.840.10008.1.2.4.70";
 pub const JPEG_LS: &str = "1.2.840.10008.1.2.4.80";
 pub const JPEG_2000: &str = "1.2.840.10008.1.2.4.90";
+pub const HTJ2K: &str = "1.2.840.10008.1.2.4.201";
 pub const RLE: &str = "1.2.840.10008.1.2.5";
 
 /// A DICOM file in the making: value representation and value, little-endian, by tag.
@@ -554,5 +555,6 @@ pub fn others() -> Vec<Small> {
         folder("JPEG", pictures("jpg", image::ImageFormat::Jpeg)),
         folder("DICOM by lossless JPEG", one_slice("jpeg", JPEG_LOSSLESS)),
         folder("DICOM by JPEG 2000", one_slice("jpeg 2000", JPEG_2000)),
+        folder("DICOM by JPEG-LS", one_slice("jpeg-ls", JPEG_LS)),
     ]
 }

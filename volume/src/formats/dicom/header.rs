@@ -88,11 +88,19 @@ pub struct Header {
 }
 
 impl Header {
+    /// Reads up to the pixels, if the file begins as DICOM does.
+    pub fn read_if_dicom(entry: &Entry, progress: &Progress) -> Result<Option<Self>, ReadError> {
+        let head = head(entry, progress)?;
+        if is_dicom(&head) { Self::after(&head, entry, progress).map(Some) } else { Ok(None) }
+    }
+
     /// Reads up to the pixels.
     pub fn read(entry: &Entry, progress: &Progress) -> Result<Self, ReadError> {
-        let mut head = vec![];
-        entry.open(0, progress)?.take(MOST_META).read_to_end(&mut head)?;
-        let (uid, start) = meta(&head)?;
+        Self::after(&head(entry, progress)?, entry, progress)
+    }
+
+    fn after(head: &[u8], entry: &Entry, progress: &Progress) -> Result<Self, ReadError> {
+        let (uid, start) = meta(head)?;
         let syntax = TransferSyntaxRegistry.get(&uid);
         let syntax = syntax.ok_or_else(|| ReadError::Unsupported(format!("its transfer syntax {uid:?} is not known")))?;
         let mut header =
@@ -122,9 +130,19 @@ impl Header {
         Ok(Box::new(inflated))
     }
 
-    /// Number of frames that it describes.
+    /// Number of frames that it says it has.
     pub fn frames(&self) -> usize {
         self.number(tags::NUMBER_OF_FRAMES, 0).map_or(1, |n: f64| n as usize)
+    }
+
+    /// Those of its frames that it describes: without a description of its own only one of them can lie where the file says.
+    pub fn images(&self) -> usize {
+        self.frames().min(self.frames.len().max(1))
+    }
+
+    /// The identifier of its series.
+    pub fn series(&self) -> &str {
+        self.text(tags::SERIES_INSTANCE_UID, 0).unwrap_or_default()
     }
 
     /// A value of frame `frame`.
@@ -284,6 +302,12 @@ fn meta(head: &[u8]) -> Result<(String, u64), ReadError> {
     let spelled = head.get(at + 4..at + 6).is_some_and(|vr| vr.iter().all(u8::is_ascii_uppercase));
     let unsaid = if spelled { "1.2.840.10008.1.2.1" } else { "1.2.840.10008.1.2" };
     Ok((uid.unwrap_or_else(|| unsaid.to_owned()), at as u64))
+}
+
+fn head(entry: &Entry, progress: &Progress) -> Result<Vec<u8>, ReadError> {
+    let mut head = vec![];
+    entry.open(0, progress)?.take(MOST_META).read_to_end(&mut head)?;
+    Ok(head)
 }
 
 /// Whether a file begins as DICOM does, with a preamble or, in old files, without.

@@ -2,7 +2,7 @@
 
 use super::super::ReadError;
 use super::super::decode::SampleType;
-use super::super::part::read_all;
+use super::super::part::{MOST_EXPANSION, check_expansion_to, read_all};
 use super::header::{Header, Pixels};
 use crate::Progress;
 use dicom_dictionary_std::tags;
@@ -27,7 +27,20 @@ enum Codec {
     Native,
     Jpeg,
     Jpeg2000,
+    JpegLs,
     Rle,
+}
+
+impl Codec {
+    /// Bytes that a byte unpacks to, at most. JPEG 2000 leaves what is blank out: OpenJPEG packs 4096² samples of 16 bits into 280 bytes, and
+    /// CharLS as JPEG-LS, which counts runs, into 636. The
+    /// others stay below deflate's ratio: JPEG spends at least a bit on a block of 64 samples.
+    fn most_expansion(self) -> u64 {
+        match self {
+            Self::Jpeg2000 | Self::JpegLs => 1 << 17,
+            Self::Native | Self::Jpeg | Self::Rle => MOST_EXPANSION,
+        }
+    }
 }
 
 fn codec(header: &Header) -> Result<Codec, ReadError> {
@@ -35,16 +48,25 @@ fn codec(header: &Header) -> Result<Codec, ReadError> {
         "1.2.840.10008.1.2" | "1.2.840.10008.1.2.1" | "1.2.840.10008.1.2.1.99" | "1.2.840.10008.1.2.2" => Ok(Codec::Native),
         "1.2.840.10008.1.2.4.50" | "1.2.840.10008.1.2.4.51" | "1.2.840.10008.1.2.4.57" | "1.2.840.10008.1.2.4.70" => Ok(Codec::Jpeg),
         "1.2.840.10008.1.2.4.90" | "1.2.840.10008.1.2.4.91" => Ok(Codec::Jpeg2000),
+        "1.2.840.10008.1.2.4.80" | "1.2.840.10008.1.2.4.81" => Ok(Codec::JpegLs),
         "1.2.840.10008.1.2.5" => Ok(Codec::Rle),
         uid => {
             let name = header.syntax.name();
-            let text = format!("its pixels are packed by {name} ({uid}), which is not read here; unpack it with `gdcmconv --raw IN OUT`");
+            let text = format!(
+                "its pixels are packed by {name} ({uid}), which is not read here; unpack it first, as with pydicom's Dataset.decompress()"
+            );
             Err(ReadError::Unsupported(text))
         }
     }
 }
 
 impl Storing {
+    /// One sample of `bits` bits in 16.
+    #[cfg(test)]
+    pub fn plain(bits: u32, signed: bool) -> Self {
+        Self { dims: [1, 1], sample: if signed { SampleType::I16 } else { SampleType::U16 }, bits, shift: 0, signed }
+    }
+
     /// How `header` says that samples are stored; refused when they are no single numbers, or cannot be unpacked here.
     pub fn of(header: &Header) -> Result<Self, ReadError> {
         let dims = [header.size(tags::COLUMNS, "Columns")?, header.size(tags::ROWS, "Rows")?];
@@ -73,6 +95,18 @@ impl Storing {
         Ok(Self { dims, sample, bits: bits as u32, shift: (high + 1 - bits) as u32, signed })
     }
 
+    /// Lowest and highest number that its bits can hold.
+    pub fn range(&self) -> [i64; 2] {
+        if self.signed { [-(1 << (self.bits - 1)), (1 << (self.bits - 1)) - 1] } else { [0, (1 << self.bits) - 1] }
+    }
+
+    /// What `value` becomes when only the bits of a sample are left of it.
+    pub fn cut(&self, value: i64) -> i64 {
+        let spare = 64 - self.bits;
+        let high = value << spare;
+        if self.signed { high >> spare } else { (high as u64 >> spare) as i64 }
+    }
+
     fn bytes(&self) -> u64 {
         self.dims[0] as u64 * self.dims[1] as u64 * self.sample.bytes() as u64
     }
@@ -83,24 +117,25 @@ impl Storing {
         match &header.pixels {
             None => Err(ReadError::NoImages),
             // Of a deflated file only reading it tells.
-            Some(Pixels::Native(_)) if header.is_deflated() => super::super::part::check_expansion(wanted * frames, header.entry.bytes),
+            Some(Pixels::Native(_)) if header.is_deflated() => check_expansion_to(wanted * frames, header.entry.bytes, MOST_EXPANSION),
             Some(Pixels::Native(at)) => {
                 let there = header.entry.bytes.saturating_sub(header.start + at);
                 if wanted * frames > u128::from(there) { Err(ReadError::Truncated { wanted: wanted * frames, there }) } else { Ok(()) }
             }
             Some(Pixels::Fragments(_, fragments)) => {
                 let packed = fragments.iter().map(|(_, bytes)| u64::from(*bytes)).sum();
-                super::super::part::check_expansion(wanted * frames, packed)
+                check_expansion_to(wanted * frames, packed, codec(header)?.most_expansion())
             }
         }
     }
 
-    /// The samples of frame `frame`, little-endian.
-    pub fn read(&self, header: &Header, frame: usize, progress: &Progress) -> Result<Vec<u8>, ReadError> {
+    /// The samples of frame `frame`, little-endian, in `buffer` where they are not packed.
+    pub fn read(&self, header: &Header, frame: usize, buffer: Vec<u8>, progress: &Progress) -> Result<Vec<u8>, ReadError> {
         let wanted = self.bytes() as usize;
         let mut bytes = match (codec(header)?, &header.pixels) {
             (Codec::Native, Some(Pixels::Native(at))) => {
-                let mut bytes = vec![0; wanted];
+                let mut bytes = buffer;
+                bytes.resize(wanted, 0);
                 let mut source = header.open(at + frame as u64 * wanted as u64, progress)?;
                 let there = read_all(&mut source, &mut bytes)?;
                 if there < wanted {
@@ -119,6 +154,7 @@ impl Storing {
                     }
                     Codec::Jpeg => self.jpeg(&packed)?,
                     Codec::Jpeg2000 => self.jpeg_2000(&packed)?,
+                    Codec::JpegLs => self.jpeg_ls(&packed)?,
                     Codec::Rle => self.rle(&packed)?,
                 }
             }
@@ -178,6 +214,14 @@ impl Storing {
         let offset = if is_signed_codestream(packed) { 1_i64 << (depth.clamp(1, 32) - 1) } else { 0 };
         let n = self.sample.bytes();
         Ok(component.samples().iter().flat_map(|&v| (v.round() as i64 - offset).to_le_bytes().into_iter().take(n)).collect())
+    }
+
+    fn jpeg_ls(&self, packed: &[u8]) -> Result<Vec<u8>, ReadError> {
+        // Sizes of DICOM have 16 bits. The decoder compares them with its own before it reserves anything.
+        let [width, height] = self.dims.map(|n| n as u32);
+        let (samples, ..) = jpegls::decode(packed, width, height).map_err(|e| ReadError::Damaged(format!("as JPEG-LS, {e}")))?;
+        let n = self.sample.bytes();
+        Ok(samples.into_iter().flat_map(|v| u64::from(v).to_le_bytes().into_iter().take(n)).collect())
     }
 
     /// Packed by runs, a segment for each byte of the samples, the highest first (DICOM part 5, annex G).
