@@ -7,7 +7,7 @@ use super::cells::{self, Crossing};
 use super::cuts::{Kept, kept};
 use super::fetch::Source;
 use super::walk::{Field, Lines, Part, Walk};
-use super::{Pixels, field_of};
+use super::{Pixels, View, field_of};
 use crate::frame::{Frame, FrameLayer};
 use crate::lanes::{Floats, Ints, Mask, Vecs, axes, lerp};
 use crate::roots::bernstein::bernstein;
@@ -159,17 +159,18 @@ impl<S: Simd> Traveller<'_, S> {
 
     /// Normals in the world at u, toward the viewer, unit; zero where there is no gradient.
     #[inline(always)]
-    pub fn normal(&self, simd: S, scene: &Scene, u: Floats<S>, of: Mask<S>) -> Vecs<S> {
+    pub fn normal(&self, simd: S, view: &View<'_, S>, u: Floats<S>, of: Mask<S>) -> Vecs<S> {
         simd.vectorize(
             #[inline(always)]
-            || self.shading_normal(simd, scene, u, of),
+            || self.shading_normal(simd, view.scene, u, of),
         )
     }
 
-    /// The same, but a cut's own as deep behind it as `skin`: there noise would be all that a gradient shows.
+    /// The same, but a cut's own within a step behind it: there noise would be all that a gradient shows.
     #[inline(always)]
-    pub fn normal_behind_cut(&self, simd: S, scene: &Scene, u: Floats<S>, s: Floats<S>, skin: Floats<S>, of: Mask<S>) -> Vecs<S> {
-        let normal = self.normal(simd, scene, u, of);
+    pub fn normal_behind_cut(&self, simd: S, view: &View<'_, S>, u: Floats<S>, s: Floats<S>, of: Mask<S>) -> Vecs<S> {
+        let normal = self.normal(simd, view, u, of);
+        let skin = view.frame.step_mm / view.mm_per_depth;
         let cut = self.kept.is_cut & (s - self.kept.begin).simd_lt(skin);
         axes!(a => cut.select(self.kept.normal[a], normal[a]))
     }
