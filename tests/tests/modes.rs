@@ -128,7 +128,7 @@ fn check_projection(volumes: &[Arc<Volume>], scene: &Scene, renderer: &mut dyn R
         };
         // The largest may be a kink at a cell's face, which no even points meet.
         let faces = if scene.mode == Mode::Max { faces(v, layer.transform, &ray) } else { vec![] };
-        let within = faces.iter().filter(|t| (points[0]..points[points.len() - 1]).contains(t));
+        let within = faces.iter().filter(|t| (points[0] - part..points[points.len() - 1] + part).contains(t));
         let values: Vec<f64> = points.iter().chain(within).map(of).filter(|v| !v.is_nan()).collect();
         let mean = values.iter().sum::<f64>() / values.len() as f64;
         let off = match scene.mode {
