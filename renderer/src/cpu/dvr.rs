@@ -56,7 +56,7 @@ fn put_faces<S: Simd>(simd: S, travellers: &[Traveller<'_, S>], stretch: &Stretc
 pub(super) fn gather_steps<S: Simd>(
     simd: S,
     view: &View<'_, S>,
-    travellers: &[Traveller<'_, S>],
+    travellers: &mut [Traveller<'_, S>],
     stretch: &Stretch<S>,
     steps: &mut Steps<S>,
     all: &mut Gathered<S>,
@@ -75,7 +75,7 @@ pub(super) fn gather_steps<S: Simd>(
         }
         let (mut color, mut clear, mut weight) = ([zero; 3], Floats::splat(simd, 1.0), zero);
         let mut id = zero;
-        for t in travellers {
+        for t in travellers.iter_mut() {
             let of = t.covers(stretch) & here;
             if !of.any_true() {
                 continue;
@@ -239,7 +239,7 @@ pub(super) fn gather_exactly<S: Simd>(
 fn piece<S: Simd>(
     simd: S,
     view: &View<'_, S>,
-    travellers: &[Traveller<'_, S>],
+    travellers: &mut [Traveller<'_, S>],
     stretch: &Stretch<S>,
     [from, to]: [Floats<S>; 2],
     here: Mask<S>,
@@ -254,7 +254,7 @@ fn piece<S: Simd>(
 fn integrated<S: Simd>(
     simd: S,
     view: &View<'_, S>,
-    travellers: &[Traveller<'_, S>],
+    travellers: &mut [Traveller<'_, S>],
     stretch: &Stretch<S>,
     [from, to]: [Floats<S>; 2],
     here: Mask<S>,
@@ -264,7 +264,7 @@ fn integrated<S: Simd>(
     // For each node the extinction, and the light that is sent.
     let (mut extinction, mut light) = ([zero; 4], [[zero; 3]; 4]);
     let (mut most, mut id) = (zero, zero);
-    for t in travellers {
+    for t in travellers.iter_mut() {
         let of = t.covers(stretch) & here;
         if !of.any_true() {
             continue;

@@ -29,7 +29,7 @@ use bregma_volume::Volume;
 use cuts::{Kept, kept};
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch};
-use fetch::Source;
+use fetch::{Around, Source};
 use glam::{Vec3, Vec4};
 use march::{lines_of, march, world_lines};
 use rayon::prelude::*;
@@ -593,7 +593,7 @@ fn normals<S: Simd>(
     kept: &Kept<S>,
 ) -> Vecs<S> {
     let surface = match scene.normals {
-        Normals::Smooth => field.source.smooth_gradient(simd, field.dims, &hits.cell, &hits.local, hits.found),
+        Normals::Smooth => field.source.smooth_gradient(simd, field.dims, &hits.cell, &hits.local, hits.found, &mut Around::unknown(simd)),
         Normals::Analytic => project::gradient(&field.corners(simd, &hits.cell, hits.found), &hits.local),
     };
     // Of the box's face: against the ray.
