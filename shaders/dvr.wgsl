@@ -13,6 +13,7 @@ const UNTIL = mat4x4<f32>(
 );
 const THIN: f32 = 0.5;
 const LEAST: f32 = 2.4e-7;
+const CLEAREST: f32 = 1e-7;
 
 // Adds light that is sent here, and the share of that from behind that is kept.
 fn add(sent: vec3<f32>, opacity: f32, s: f32, id: u32) {

@@ -53,7 +53,7 @@
                             if params_LAYER.gradients > 0u {
                                 own *= gradient_factor_LAYER(t_LAYER.way, u);
                             }
-                            let skin = params.step_mm / mm_per_depth;
+                            let skin = params.skin_mm / mm_per_depth;
                             let normal = normal_behind_cut_LAYER(t_LAYER, walk_LAYER.pace.direction, u, s_node, skin);
                             light[node] += own * lit(paint.rgb, normal, view, s_node);
                             extinction[node] += own;

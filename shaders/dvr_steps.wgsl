@@ -21,9 +21,9 @@
                 var paint = looked_up_LAYER(value_at_LAYER(t_LAYER.way, u));
                 if paint.w > 0.0 {
                     if params_LAYER.gradients > 0u {
-                        paint.w = 1.0 - pow(1.0 - paint.w, gradient_factor_LAYER(t_LAYER.way, u));
+                        paint.w = 1.0 - pow(max(1.0 - paint.w, CLEAREST), gradient_factor_LAYER(t_LAYER.way, u));
                     }
-                    let normal = normal_behind_cut_LAYER(t_LAYER, walk_LAYER.pace.direction, u, s, step_depth);
+                    let normal = normal_behind_cut_LAYER(t_LAYER, walk_LAYER.pace.direction, u, s, params.skin_mm / mm_per_depth);
                     sent += lit(paint.rgb, normal, view, s) * paint.w;
                     clear *= 1.0 - paint.w;
                     weight += paint.w;

@@ -27,6 +27,8 @@ struct ShadeParams {
     jitter: u32,
     // What cuts show: the bone's section, values as grey, all volumes' values added, or the first's less the second's.
     cut_face: u32,
+    // So deep behind a cut its own normal shades.
+    skin_mm: f32,
 }
 
 @group(0) @binding(0) var<storage, read> shade_params: ShadeParams;

@@ -34,7 +34,7 @@
                 } else {
                     normal = normal_at_LAYER(t_LAYER.way, walk_LAYER.pace.direction, next_LAYER.u);
                 }
-                if first_id == 0u {
+                if first_id == 0u && paint.w > 0.0 {
                     first_s = s_LAYER;
                     first_id = params_LAYER.id;
                 }

@@ -29,6 +29,9 @@ pub struct LookArgs {
     /// How dvr colours values: bone, skin-and-bone, dry-skull, mummy, µct, one of your own, or a file: once for all, or once for each volume
     #[arg(long, value_name = "NAME|FILE", value_delimiter = ',')]
     pub transfer: Vec<String>,
+    /// A whole look, colours and isosurfaces, by the same names: once for all, or once for each volume
+    #[arg(long, value_name = "NAME|FILE", value_delimiter = ',', conflicts_with = "transfer")]
+    pub preset: Vec<String>,
     /// How dvr integrates: exact, or steps:N with N points in a voxel's length [default: steps:2]
     #[arg(long, value_name = "exact|steps:N", value_parser = integrator)]
     pub integrator: Option<Integrator>,
@@ -91,6 +94,12 @@ impl LookArgs {
     pub fn apply(&self, opened: &mut Opened, mode: Option<Mode>) -> Result<(), CommandError> {
         let scene = &mut opened.scene;
         scene.mode = mode.unwrap_or(scene.mode);
+        if !self.preset.is_empty() {
+            let looks = self.preset.iter().map(|name| presets::find(name)).collect::<Result<Vec<_>, _>>()?;
+            let mut layers: Vec<_> = scene.layers.iter_mut().zip(&opened.volumes).collect();
+            set_each(&mut layers, &looks, "--preset", |(layer, volume), look| look.apply(layer, volume))?;
+            scene.transparent |= scene.mode == Mode::Iso && scene.layers.iter().any(|l| !l.shells.is_empty());
+        }
         if !self.transfer.is_empty() {
             let looks = self.transfer.iter().map(|name| presets::find(name)).collect::<Result<Vec<_>, _>>()?;
             set_each(&mut scene.layers, &looks, "--transfer", |layer, look| layer.transfer = Some(look.transfer.clone()))?;

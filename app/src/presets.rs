@@ -123,8 +123,7 @@ fn parse(text: &str, name: &str) -> Result<Preset, String> {
 impl Preset {
     /// Gives a layer this look.
     pub fn apply(&self, layer: &mut Layer, volume: &Volume) {
-        let low = volume.range()[0];
-        let own_iso = layer.iso;
+        let (low, own_iso) = (volume.range()[0], layer.iso);
         let value = |v: f64| match self.transfer.values {
             Values::Scan => v,
             Values::Isovalue => low + v * (own_iso - low),
@@ -133,7 +132,11 @@ impl Preset {
         let shell = |s: &PresetSurface| Color::from_hex(&s.color).map(|color| Shell { iso: value(s.value), color, opacity: s.opacity });
         let mut shells: Vec<Shell> = self.surfaces.iter().filter_map(shell).collect();
         if let Some(own) = shells.pop() {
-            (layer.iso, layer.color, layer.opacity, layer.shells) = (own.iso, own.color, own.opacity, shells);
+            (layer.color, layer.opacity, layer.shells) = (own.color, own.opacity, shells);
+            // What counts from the isovalue leaves it where it is.
+            if self.transfer.values == Values::Scan {
+                layer.iso = own.iso;
+            }
         }
     }
 }

@@ -40,7 +40,7 @@ pub struct VolumeRecord {
     pub unit: Unit,
     /// Change of the isovalue that the threshold error stands for, in values.
     pub iso_tolerance: f64,
-    /// First and last t within the box of the scan; null when the ray misses it.
+    /// First and last t within the box of the scan, or what cuts leave of it; `None` where the ray misses that.
     pub box_mm: Option<[f64; 2]>,
     /// In order.
     pub crossings: Vec<CrossingRecord>,

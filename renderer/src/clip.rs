@@ -114,7 +114,8 @@ impl Region {
                     }
                 }
                 Shape::Cylinder { centre_mm, axis, radius_mm } => {
-                    let Some(axis) = axis.try_normalize() else { continue };
+                    // One without a direction or a radius cuts nothing.
+                    let Some(axis) = axis.try_normalize().filter(|_| radius_mm > 0.0) else { continue };
                     let (u, v) = axis.any_orthonormal_pair();
                     region.tubes.push(Tube { across: [half(u, u.dot(centre_mm)), half(v, v.dot(centre_mm))], radius_mm });
                 }
@@ -150,9 +151,20 @@ impl Region {
     }
 }
 
+/// Rounding of points a metre from the origin, a thousand times over.
+const AT_CUT_MM: f64 = 1e-10;
+
 impl End {
     fn later(self, s: f64, normal: DVec3) -> Self {
-        if s > self.s { Self { s, normal: Some(normal) } } else { self }
+        // A line that begins within rounding of a cut begins at it.
+        let begins_here = self.normal.is_none() && (s - self.s).abs() <= AT_CUT_MM;
+        if begins_here {
+            Self { s: s.max(self.s), normal: Some(normal) }
+        } else if s > self.s {
+            Self { s, normal: Some(normal) }
+        } else {
+            self
+        }
     }
 
     fn earlier(self, s: f64, normal: DVec3) -> Self {

@@ -120,6 +120,8 @@ pub(crate) struct Frame {
     pub cue_per_mm: f32,
     /// Length of a step of direct volume rendering.
     pub step_mm: f32,
+    /// So deep behind a cut its own normal shades: the finest spacing.
+    pub skin_mm: f32,
 }
 
 impl Frame {
@@ -147,14 +149,16 @@ impl Frame {
         // A window without width is a threshold.
         let width_of_window = window.width.max(f64::from(f32::MIN_POSITIVE) * 1e6);
         let per_voxel = if let Integrator::Steps { per_voxel, .. } = scene.integrator { f64::from(per_voxel) } else { 1.0 };
-        let step_mm = if finest_mm.is_finite() && per_voxel > 0.0 { finest_mm / per_voxel } else { 1.0 };
+        // Float32 counts no farther than 2^24.
+        let least_mm = (depth_mm / MOST_STEPS).max(f64::MIN_POSITIVE);
+        let step_mm = if finest_mm.is_finite() && per_voxel > 0.0 { (finest_mm / per_voxel).max(least_mm) } else { 1.0 };
         let layer = |(index, surface): (usize, Surface)| {
             let to_index = surface.grid.world_to_index();
             let normals = to_index.matrix3.transpose();
             let largest = normals.to_cols_array().iter().fold(0.0_f64, |m, c| m.max(c.abs()));
             let (map, masks) = maps.get(&surface);
             let begins_inside = !surface.region.is_all();
-            let shows_faces = begins_inside && scene.cut_face != CutFace::Bone;
+            let shows_faces = begins_inside && scene.cut_face != CutFace::Bone && !scene.is_transparent();
             let value_at_level = surface.volume.value_of(f64::from(surface.level as f32));
             let shown = Shown::of(scene, index, &surface, step_mm);
             let slope = surface.volume.slope().abs();
@@ -200,12 +204,16 @@ impl Frame {
             only_nearest: scene.mode == Mode::Iso && !scene.transparent,
             cue_per_mm: cue_per_mm as f32,
             step_mm: step_mm as f32,
+            skin_mm: if finest_mm.is_finite() { finest_mm as f32 } else { 0.0 },
         })
     }
 }
 
 /// By the definition of the unit.
 const AIR_HU: f64 = -1000.0;
+
+/// Steps of direct volume rendering along a ray, at most.
+const MOST_STEPS: f64 = 4_194_304.0;
 
 /// Hospital scans open at a bone window; others at all they hold.
 fn default_window(volume: &Volume) -> Window {
@@ -236,7 +244,8 @@ impl Shown {
             let controls = layer.controls(volume);
             let levels: Vec<f32> = controls.iter().map(|c| relative(c.value)).collect();
             let paints: Vec<Vec4> = controls.iter().map(|c| c.color.extend(c.extinction_per_mm as f32)).collect();
-            let highest = volume.range().map(relative).into_iter().fold(0.0, f32::max);
+            // Behind the last point nothing changes.
+            let highest = levels.last().copied().unwrap_or(0.0).max(0.0);
             let steps = StepTable::new(&levels, &paints, highest, step_mm as f32);
             let per_sample = 1.0 / volume.slope().abs();
             let gradient = layer.transfer.iter().flat_map(|t| &t.gradient);

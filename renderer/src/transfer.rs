@@ -136,7 +136,8 @@ impl TransferFunction {
 
     /// Its control points for a volume whose layer has the isovalue `iso`, in ascending order of value.
     pub fn controls(&self, volume: &Volume, iso: f64) -> Vec<Control> {
-        let over_mm = self.over_mm.unwrap_or_else(|| volume.grid().spacing_mm().to_array().iter().product::<f64>().cbrt());
+        let over_mm =
+            self.over_mm.filter(|mm| *mm > 0.0).unwrap_or_else(|| volume.grid().spacing_mm().to_array().iter().product::<f64>().cbrt());
         let low = volume.range()[0];
         let value = |v: f64| match self.values {
             Values::Scan => v,

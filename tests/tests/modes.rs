@@ -470,7 +470,12 @@ fn both_backends_draw_every_mode_alike() {
         let drawn = a.rgba.iter().filter(|c| **c != a.rgba[0]).count();
         println!("{name}, {} cuts, {:?}: {differ} of {} pixels differ, {drawn} drawn", scene.clips.len(), scene.mode, a.rgba.len());
         assert!(differ <= 4 && drawn > a.rgba.len() / 40, "{name}");
-        let values = a.values.iter().zip(&b.values).filter(|(a, b)| (**a - **b).abs() > 1e-3 * a.abs().max(1.0)).count();
+        let differs = |(a, b): &(&f32, &f32)| a.is_nan() != b.is_nan() || (**a - **b).abs() > 1e-3 * a.abs().max(1.0);
+        let values = a.values.iter().zip(&b.values).filter(differs).count();
+        let ids = a.volume_id.iter().zip(&b.volume_id).filter(|(a, b)| a != b).count();
+        // Where half of the light is kept may be a step away, and volumes that meet may take turns.
+        let depths = a.depth_mm.iter().zip(&b.depth_mm).filter(|(a, b)| a.is_nan() != b.is_nan() || (**a - **b).abs() > 0.5).count();
+        assert!(ids <= 20 && depths <= 20, "{name}: {ids} volumes and {depths} depths differ");
         // A ray that only touches the edge of a box or of a cut may be taken for a miss by one of them.
         assert!(values <= 4 && a.values.len() == b.values.len(), "{name}: {values} values differ");
     }

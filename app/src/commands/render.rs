@@ -23,7 +23,8 @@ pub fn render(args: &RenderArgs, backend: Backend) -> Result<(), CommandError> {
     }
     let (width, height) = args.size;
     let picture = renderer(backend)?.render(&opened.volumes, &opened.scene, width, height)?;
-    if picture.volume_id.iter().all(|&id| id == 0) {
+    let nothing = picture.rgba.iter().all(|c| *c == picture.rgba[0]);
+    if nothing && picture.volume_id.iter().all(|&id| id == 0) {
         warn(&[format!("{}: the picture shows nothing from this view", args.out.display())]);
     }
     if let Some(file) = &args.depth {

@@ -78,7 +78,10 @@ pub fn cast(work: &Work, x: f64, y: f64, [width, height]: [u32; 2]) -> Result<Op
     let ray = work.opened.scene.camera.ray(x, y, width, height);
     let found = measure(work, &ray)?;
     let meets_bone = found.volumes.iter().any(|v| !v.segments.is_empty());
-    let entry = found.ledger.first().filter(|_| meets_bone);
+    // Where it enters the scans, and not what cuts leave of them today.
+    let scene = &work.opened.scene;
+    let whole = probe_cut(&work.opened.volumes, &scene.layers, &[], &ray).map_err(|e| e.to_string())?;
+    let entry = whole.ledger.first().filter(|_| meets_bone);
     Ok(entry.map(|entry| Ray { origin: ray.at(entry.from_mm), ..ray }))
 }
 

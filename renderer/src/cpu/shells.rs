@@ -100,7 +100,7 @@ pub(super) fn gather<S: Simd>(
             let (closed, closing) = t.closing(simd, now & p.at_entry);
             let normal = axes!(a => closed.select(closing[a], surface[a]));
             let color = view.lit(simd, &base, &normal, p.s, now);
-            let is_first = now & all.id.simd_eq(0.0);
+            let is_first = now & all.id.simd_eq(0.0) & paint[3].simd_gt(0.0);
             all.s = is_first.select(p.s, all.s);
             all.id = is_first.select(Floats::splat(simd, (t.layer.index + 1) as f32), all.id);
             put_behind(&mut all.color, &color, paint[3], now);

@@ -100,7 +100,7 @@ pub(super) struct ShadeParams {
     pub step_mm: f32,
     pub jitter: u32,
     pub cut_face: u32,
-    pub padding: u32,
+    pub skin_mm: f32,
 }
 
 /// `ShadeLayer` of `shaders/shade.wgsl`.
@@ -233,7 +233,8 @@ mod tests {
                 background,
                 step_mm,
                 jitter,
-                cut_face
+                cut_face,
+                skin_mm
             ]
         );
         same_layout!(&shade, "ShadeLayer", ShadeLayer, [color, id]);

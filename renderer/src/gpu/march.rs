@@ -275,9 +275,10 @@ impl GpuRenderer {
                 gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("march"), layout: &march.layout, entries: &entries });
             read_records(gpu, &march.pipeline, &group, blocks.len(), (&records, 0), &back, |records| {
                 for_pixels(&plan.blocks[blocks.clone()], records, width, height, |place, &[color, s, id, is_there]| {
-                    if is_there == 1 {
-                        picture.rgba[place.at] = color.to_le_bytes();
+                    if is_there == 0 {
+                        return;
                     }
+                    picture.rgba[place.at] = color.to_le_bytes();
                     if id != 0 {
                         picture.depth_mm[place.at] = frame.depth_mm(place.x, place.y, f32::from_bits(s));
                         picture.volume_id[place.at] = id as u8;

@@ -179,7 +179,7 @@ impl GpuRenderer {
             step_mm: frame.step_mm,
             jitter: u32::from(matches!(scene.integrator, Integrator::Steps { jitter: true, .. })),
             cut_face: scene.cut_face as u32,
-            padding: 0,
+            skin_mm: frame.skin_mm,
         };
         let color = |l: &&FrameLayer| ShadeLayer { color: l.color.extend(l.opacity).to_array(), id: l.index as u32 + 1, padding: [0; 3] };
         let trace = layers.iter().enumerate().map(trace).collect();
