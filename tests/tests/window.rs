@@ -517,3 +517,153 @@ fn a_series_is_chosen_and_gaps_are_filled_only_when_asked() {
     assert!(window.state().scene().layers.is_empty());
     std::fs::remove_dir_all(folder).unwrap();
 }
+
+/// Where the part of that name is.
+fn rect_of(window: &Window, label: &str) -> egui::Rect {
+    window.get_by_label(label).rect()
+}
+
+fn click_with(window: &mut Window, at: Pos2, button: PointerButton) {
+    window.event(Event::PointerMoved(at));
+    press(window, at, true, button);
+    press(window, at, false, button);
+    window.run_steps(2);
+}
+
+fn choose(window: &mut Window, role: Role, label: &str) {
+    window.get_by_role_and_label(role, label).click();
+    settle(window);
+}
+
+fn undo(window: &mut Window) {
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    settle(window);
+}
+
+#[test]
+fn every_mode_is_chosen_drawn_and_undone_with_only_its_own_controls() {
+    // Fails if a mode cannot be chosen, draws what another one draws, shows another one's controls, or is forgotten by undo.
+    let mut window = open(Start::Demo);
+    wait(&mut window, "the demo pair", |w| !w.is_loading());
+    settle(&mut window);
+    choose(&mut window, Role::RadioButton, "Isosurface");
+    let mut seen = vec![pixels(&window)];
+    for (label, mode, has, hasnt) in [
+        ("Overlay", Mode::Overlay, "Opacity of skull A", "Transparent"),
+        ("Volume", Mode::Dvr, "Transfer function of skull A", "Shadows"),
+        ("Maximum", Mode::Max, "Of the gradient", "Depth cue"),
+        ("Mean", Mode::Mean, "Automatic contrast", "Transfer function of skull A"),
+        ("X-ray", Mode::Xray, "Of the gradient", "Opacity of skull A"),
+    ] {
+        choose(&mut window, Role::RadioButton, label);
+        assert_eq!(window.state().scene().mode, mode);
+        assert!(window.query_all_by_label(has).next().is_some(), "{label} has {has}");
+        assert!(window.query_all_by_label(hasnt).next().is_none(), "{label} has no {hasnt}");
+        let now = pixels(&window);
+        let least = seen.iter().map(|before| changed(before, &now)).min();
+        assert!(least > Some(1000), "{label} looks different from all before");
+        seen.push(now);
+        screenshot(&mut window, &format!("mode-{}.png", label.to_lowercase()));
+    }
+    // Contrast by hand begins with what the picture shows and changes it when it is moved.
+    choose(&mut window, Role::CheckBox, "Automatic contrast");
+    let own = window.state().scene().window.expect("a window of its own");
+    assert!(own.width > 0.0);
+    window.get_by_role_and_label(Role::SpinButton, "Window width").set_value_accesskit(own.width * 0.5);
+    settle(&mut window);
+    assert!(changed(&seen[5], &pixels(&window)) > 1000);
+    for expected in [Some(own), None] {
+        undo(&mut window);
+        assert_eq!(window.state().scene().window, expected);
+    }
+    choose(&mut window, Role::CheckBox, "Of the gradient");
+    assert!(window.state().scene().of_gradient && changed(&seen[5], &pixels(&window)) > 1000);
+    undo(&mut window);
+    undo(&mut window);
+    assert_eq!(window.state().scene().mode, Mode::Mean);
+}
+
+#[test]
+fn transparent_surfaces_are_added_changed_and_removed() {
+    // Fails if a further isosurface is not drawn, or one of its parts cannot be changed by its name.
+    let mut window = open(Start::Demo);
+    wait(&mut window, "the demo pair", |w| !w.is_loading());
+    settle(&mut window);
+    choose(&mut window, Role::RadioButton, "Isosurface");
+    choose(&mut window, Role::CheckBox, "Transparent");
+    let plain = pixels(&window);
+    choose(&mut window, Role::Button, "Add an isosurface to skull A");
+    assert_eq!(window.state().scene().layers[0].shells.len(), 1);
+    let with_skin = pixels(&window);
+    assert!(changed(&plain, &with_skin) > 1000, "the further surface shows");
+    window.get_by_role_and_label(Role::Slider, "Opacity of surface 2 of skull A").set_value_accesskit(0.9);
+    window.get_by_role_and_label(Role::SpinButton, "Isovalue of surface 2 of skull A").set_value_accesskit(-500.0);
+    settle(&mut window);
+    let shell = window.state().scene().layers[0].shells[0];
+    assert!((shell.opacity - 0.9).abs() < 0.01 && shell.iso == -500.0, "{shell:?}");
+    assert!(changed(&with_skin, &pixels(&window)) > 1000);
+    window.get_all_by_label("Inside in another colour").next().unwrap().click();
+    settle(&mut window);
+    assert!(window.state().scene().layers[0].inner_color.is_some());
+    screenshot(&mut window, "shells.png");
+    choose(&mut window, Role::Button, "Remove surface 2 of skull A");
+    assert!(window.state().scene().layers[0].shells.is_empty());
+    undo(&mut window);
+    assert_eq!(window.state().scene().layers[0].shells, [shell]);
+}
+
+#[test]
+fn a_transfer_function_is_chosen_and_its_points_dragged_added_and_removed() {
+    // Fails if a point does not follow the mouse, passes its neighbour, cannot be added or removed, or if a drag is more than one step.
+    let file = ball("transfer", 24);
+    let source = bregma::input::Source { file: file.clone(), ..Default::default() };
+    // Frames follow each other fast enough for a double click.
+    let builder = Harness::builder().with_size([1280.0, 800.0]).with_step_dt(0.02).wgpu();
+    let mut window: Window = builder.build_eframe(|cc| Workstation::new(cc, Start::Files(vec![source])));
+    wait(&mut window, "the scan", |w| !w.is_loading());
+    settle(&mut window);
+    let name = file.file_name().unwrap().to_string_lossy().into_owned();
+    choose(&mut window, Role::RadioButton, "Volume");
+    let by_default = pixels(&window);
+    let function = |window: &Window| window.state().scene().layers[0].transfer.clone();
+    assert!(function(&window).is_none());
+    window.get_by_label(&format!("Look of {name}")).click();
+    window.run_steps(2);
+    window.get_by_label("mummy").click();
+    settle(&mut window);
+    assert_eq!(function(&window).unwrap().name, "mummy");
+    undo(&mut window);
+    assert!(function(&window).is_none() && changed(&by_default, &pixels(&window)) == 0);
+
+    let field = rect_of(&window, &format!("Transfer function of {name}"));
+    let first = rect_of(&window, &format!("Point 1 of {name}")).center();
+    drag(&mut window, first, Pos2::new(field.left() + 20.0, field.top() + 12.0));
+    settle(&mut window);
+    let dragged = function(&window).expect("a function of its own");
+    assert!(dragged.points[0].opacity > 0.85 && dragged.points[0].value < 10.0, "{:?}", dragged.points);
+    assert!(changed(&by_default, &pixels(&window)) > 1000, "what was invisible is seen");
+    // Farther to the right than its neighbour it does not go.
+    let first = rect_of(&window, &format!("Point 1 of {name}")).center();
+    drag(&mut window, first, field.right_center());
+    let points = function(&window).unwrap().points;
+    assert!(points[0].value < points[1].value && points[1] == dragged.points[1]);
+    undo(&mut window);
+    assert_eq!(function(&window), Some(dragged.clone()));
+
+    let empty = Pos2::new(field.left() + field.width() * 0.25, field.center().y);
+    for _ in 0..2 {
+        click(&mut window, empty);
+    }
+    assert_eq!(function(&window).unwrap().points.len(), 4);
+    screenshot(&mut window, "transfer.png");
+    let added = rect_of(&window, &format!("Point 2 of {name}")).center();
+    assert!((added - empty).length() < 3.0);
+    click_with(&mut window, added, PointerButton::Secondary);
+    assert_eq!(function(&window).unwrap().points, dragged.points);
+    undo(&mut window);
+    assert_eq!(function(&window).unwrap().points.len(), 4);
+    undo(&mut window);
+    undo(&mut window);
+    assert!(function(&window).is_none() && changed(&by_default, &pixels(&window)) == 0);
+    std::fs::remove_file(&file).unwrap();
+}

@@ -14,17 +14,20 @@ mod loading;
 mod marks;
 mod measured;
 mod menu;
+mod modes;
 mod navigate;
 mod notices;
 mod painter;
 mod probe_panel;
 mod series;
+mod shells;
 mod theme;
+mod transfer_editor;
 mod view;
 
 use crate::input::{Opened, Source};
 use bregma_measure::DifferenceRay;
-use bregma_renderer::{Picture, Scene, Solver};
+use bregma_renderer::{Integrator, Mode, Picture, Scene, Solver};
 use bregma_volume::Volume;
 use cast::Found;
 use chart_panel::ChartPanel;
@@ -268,7 +271,9 @@ impl Workstation {
                 return;
             };
             let solver = self.work.opened.scene.solver;
+            let scene = &self.work.opened.scene;
             let quality = match (p.reduction, solver) {
+                (1, _) if scene.mode == Mode::Dvr && scene.integrator != Integrator::Exact => "in steps".to_owned(),
                 (1, Solver::Exact) => "exact".to_owned(),
                 (1, _) => format!("by {solver}, which is not exact"),
                 (n, _) => format!("preview, 1/{n} across"),
@@ -350,7 +355,7 @@ impl eframe::App for Workstation {
         if !self.is_empty() {
             Panel::left("layers").default_size(320.0).size_range(290.0..=520.0).show(ui, |ui| {
                 ui.add_space(4.0);
-                layers::show(ui, &mut self.work);
+                layers::show(ui, &mut self.work, self.view.painted.as_ref().map(|p| &p.picture));
             });
         }
         match Found::refresh(std::mem::take(&mut self.found), &self.work) {
