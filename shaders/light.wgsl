@@ -25,6 +25,8 @@ struct ShadeParams {
     // Length of a step of direct volume rendering, and whether the first one begins anywhere.
     step_mm: f32,
     jitter: u32,
+    // What cuts show: the bone's section, values as grey, all volumes' values added, or the first's less the second's.
+    cut_face: u32,
 }
 
 @group(0) @binding(0) var<storage, read> shade_params: ShadeParams;
@@ -55,4 +57,14 @@ fn encode(color: vec3<f32>) -> vec3<f32> {
     let low = 12.92 * c;
     let high = 1.055 * pow(c, vec3<f32>(1.0 / 2.4)) - 0.055;
     return select(high, low, c <= vec3<f32>(0.0031308));
+}
+
+// An sRGB colour as light.
+fn decode(color: vec3<f32>) -> vec3<f32> {
+    return select(pow((color + 0.055) / 1.055, vec3<f32>(2.4)), color / 12.92, color <= vec3<f32>(0.04045));
+}
+
+// The light of a brightness, kept between 0 and 1.
+fn grey(brightness: f32) -> vec3<f32> {
+    return decode(vec3<f32>(clamp(brightness, 0.0, 1.0)));
 }

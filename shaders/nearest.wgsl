@@ -4,6 +4,9 @@
 const FIRST_IS_DARK: u32 = 1u;
 const SECOND_IS_DARK: u32 = 2u;
 
+// Greater than any part of a normal: what was hit is the face of a cut that shows values.
+const FACE: f32 = 8.0;
+
 const NONE: u32 = 0xffffffffu;
 
 // The pass with the nearest hit, leaving out one; NONE when there is none.

@@ -46,6 +46,9 @@ struct TraceParams {
     id: u32,
     // 1 where surfaces have another colour from within.
     has_inner: u32,
+    // 1 where cuts show values where there is no bone, too; and what turns a value into a brightness there: a factor, and what is added.
+    shows_faces: u32,
+    brightness: vec2<f32>,
     inner: vec3<f32>,
     // Gradients in index space to the world, in sample units per mm.
     gradient_to_world: mat3x3<f32>,
@@ -56,7 +59,8 @@ struct TraceParams {
 var<private> params: TraceParams;
 @group(0) @binding(6) var<storage, read> blocks: array<Block>;
 
-// World normal toward the viewer and s; s < 0 where nothing was hit, a zero normal where there is none or the eye is inside bone.
+// World normal toward the viewer and s; s < 0 where nothing was hit, a zero normal where there is none or the eye is inside bone. Of the face
+// of a cut that shows values: brightness and FACE instead of the normal.
 @group(0) @binding(3) var<storage, read_write> hits: array<vec4<f32>>;
 // For each pixel FIRST_IS_DARK and SECOND_IS_DARK.
 @group(0) @binding(7) var<storage, read_write> shadows: array<u32>;
@@ -79,6 +83,11 @@ fn trace(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     let pixel = block.pixel + pixel_in_block(n);
     let line = line_of(pixel);
     let part = kept(world_line_of(pixel));
+    let face = face_of(line, part);
+    if face.is_face {
+        hits[params.pass_number * params.stride + index] = vec4<f32>(face.brightness, FACE, 0.0, part.begin);
+        return;
+    }
     let hit = first_hit(line, part.begin, block.span.x, min(s_max, part.end));
     hits[params.pass_number * params.stride + index] =
         vec4<f32>(world_normal(hit, line.direction.hi, part), select(hit.s, -1.0, hit.met == MISSED));
@@ -90,6 +99,27 @@ fn line_of(pixel: vec2<u32>) -> Line {
 
 fn world_line_of(pixel: vec2<u32>) -> Line {
     return Line(at_pixel(params.world_origin, pixel), at_pixel(params.world_direction, pixel));
+}
+
+// The face of a cut that shows values.
+struct Face {
+    is_face: bool,
+    brightness: f32,
+}
+
+fn face_of(line: Line, part: Kept) -> Face {
+    if params.shows_faces == 0u || !part.is_cut || part.begin > part.end {
+        return Face(false, 0.0);
+    }
+    let at = line_at(line, part.begin);
+    let p = at.hi + at.lo;
+    if any(p < vec3<f32>(0.0)) || any(p > vec3<f32>(params.dims - 1)) {
+        return Face(false, 0.0);
+    }
+    let cell = clamp(vec3<i32>(floor(p)), vec3<i32>(0), params.dims - 2);
+    let local = clamp(relative_to(at, vec3<f32>(cell)), vec3<f32>(0.0), vec3<f32>(1.0));
+    let value = trilinear(corners(cell), corners(cell + vec3<i32>(0, 0, 1)), local);
+    return Face(true, value * params.brightness.x + params.brightness.y);
 }
 
 // Whether bone of this volume lies between what a pixel draws and the light.
@@ -108,7 +138,7 @@ fn shadow(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_ind
         let hit = hits[drawn * params.stride + index];
         // What is turned away from the light has none; without a normal it is seen from the front.
         let is_turned_away = dot(hit.xyz, params.toward_light) <= 0.0 && any(hit.xyz != vec3<f32>(0.0));
-        if (dark & bit) == 0u && !is_turned_away {
+        if (dark & bit) == 0u && !is_turned_away && hit.y != FACE {
             let seen = line_at(line, hit.w);
             let lit = Line(two_sum(seen.hi, seen.lo + params.shadow_start * params.to_light.hi), params.to_light);
             let seen_mm = line_at(world_line, hit.w);

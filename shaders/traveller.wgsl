@@ -32,6 +32,11 @@ fn go_on(t: ptr<function, Traveller>, walk: ptr<function, Walk>) {
     (*t).fresh = true;
 }
 
+// Whether a ray has just come in through a cut.
+fn is_at_cut(t: Traveller) -> bool {
+    return t.fresh && t.part.is_cut && t.way.s.x == t.part.begin;
+}
+
 // Ends where nothing more is asked for.
 fn until(whole: Crossing, s_max: f32) -> Crossing {
     var way = whole;

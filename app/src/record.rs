@@ -1,8 +1,8 @@
 //! Measurements with what they were made from, so that anyone can make them again.
 
 use crate::input::{Opened, Source};
-use bregma_measure::{DifferenceRay, probe};
-use bregma_renderer::{Color, Layer, Ray};
+use bregma_measure::{DifferenceRay, probe_cut};
+use bregma_renderer::{Clip, Color, Layer, Ray};
 use bregma_volume::{GridError, Progress, WorldPoint};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -17,6 +17,9 @@ pub struct Origin {
     pub program: String,
     /// One for each scan, in order.
     pub scans: Vec<Scan>,
+    /// What was cut away.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub clips: Vec<Clip>,
 }
 
 /// A scan as it was measured.
@@ -47,7 +50,8 @@ impl Origin {
             content: volume.content(),
             layer: layer.clone(),
         };
-        Some(Self { program: PROGRAM.into(), scans: opened.sources.iter().zip(layers).map(scan).collect() })
+        let scans = opened.sources.iter().zip(layers).map(scan).collect();
+        Some(Self { program: PROGRAM.into(), scans, clips: opened.scene.clips.clone() })
     }
 }
 
@@ -188,6 +192,7 @@ impl Verifier {
             }
         };
         opened.scene.layers = layers;
+        opened.scene.clips.clone_from(&origin.clips);
         Ok(&self.opened.insert((origin.scans.clone(), opened)).1)
     }
 }
@@ -201,5 +206,5 @@ fn found(file: &Path, folder: &Path) -> PathBuf {
 
 /// Casts a ray through what is open.
 pub fn measure(opened: &Opened, ray: &Ray) -> Result<DifferenceRay, GridError> {
-    probe(&opened.volumes, &opened.scene.layers, ray)
+    probe_cut(&opened.volumes, &opened.scene.layers, &opened.scene.clips, ray)
 }

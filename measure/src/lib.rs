@@ -11,6 +11,6 @@ pub mod thickness;
 mod uncertainty;
 
 pub use edge::Edge;
-pub use probe::{CrossingRecord, DifferenceRay, LedgerEntry, RayRecord, Segment, VolumeRecord, iso_tolerance, probe};
+pub use probe::{CrossingRecord, DifferenceRay, LedgerEntry, RayRecord, Segment, VolumeRecord, iso_tolerance, probe, probe_cut};
 pub use profile::profile;
 pub use uncertainty::Uncertainty;

@@ -4,7 +4,7 @@
 use crate::edge::{Edge, spacing_along_mm};
 use crate::uncertainty::{self, End, Uncertainty};
 use bregma_renderer::reference::{self, Crossing, Kind};
-use bregma_renderer::{Layer, Ray, Surface};
+use bregma_renderer::{Clip, Layer, Ray, Surface};
 use bregma_volume::{GridError, Unit, Volume};
 use serde::Serialize;
 use std::sync::Arc;
@@ -126,8 +126,14 @@ pub fn iso_tolerance(volume: &Volume) -> f64 {
 
 /// Casts the difference ray through the visible ones of `volumes`, each with its layer's isovalue and transform, in float64.
 pub fn probe(volumes: &[Arc<Volume>], layers: &[Layer], ray: &Ray) -> Result<DifferenceRay, GridError> {
-    let records = volumes.iter().zip(layers).filter(|(_, layer)| layer.visible).map(|(volume, layer)| {
-        let surface = Surface::new(volume, layer.iso, layer.transform)?;
+    probe_cut(volumes, layers, &[], ray)
+}
+
+/// The same through what `clips` leave of them. Bone that a cut goes through is closed there, and clipped.
+pub fn probe_cut(volumes: &[Arc<Volume>], layers: &[Layer], clips: &[Clip], ray: &Ray) -> Result<DifferenceRay, GridError> {
+    let visible = volumes.iter().zip(layers).enumerate().filter(|(_, (_, layer))| layer.visible);
+    let records = visible.map(|(n, (volume, layer))| {
+        let surface = Surface::new(volume, layer.iso, layer.transform)?.cut(clips, n);
         Ok(record(&surface, layer, ray))
     });
     let volumes = unique_names(records.collect::<Result<Vec<_>, GridError>>()?);

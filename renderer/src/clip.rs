@@ -84,9 +84,17 @@ pub(crate) struct Tube {
 
 /// What the cuts leave of one volume, in the world.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Region {
-    pub halves: Vec<Half>,
-    pub tubes: Vec<Tube>,
+pub struct Region {
+    pub(crate) halves: Vec<Half>,
+    pub(crate) tubes: Vec<Tube>,
+}
+
+/// Where a line comes to what is kept or leaves it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct End {
+    pub s: f64,
+    /// Of the cut there, outward, unit; none where the line itself begins or ends.
+    pub normal: Option<DVec3>,
 }
 
 impl Region {
@@ -120,28 +128,46 @@ impl Region {
         self.halves.is_empty() && self.tubes.is_empty()
     }
 
-    /// Where the line `origin + s·direction` is within, for s from `from` to `to`: the first is the larger where it is not.
-    pub fn interval(&self, origin: DVec3, direction: DVec3, [from, to]: [f64; 2]) -> [f64; 2] {
-        let (mut from, mut to) = (from, to);
+    /// Where the line `origin + s·direction` is within, for s from `from` to `to`: the first is not the smaller where it is not.
+    pub(crate) fn interval(&self, origin: DVec3, direction: DVec3, [from, to]: [f64; 2]) -> [End; 2] {
+        let mut ends = [from, to].map(|s| End { s, normal: None });
         for half in &self.halves {
             let (rate, room) = (half.normal.dot(direction), half.offset_mm - half.normal.dot(origin));
             if rate < 0.0 {
-                from = from.max(room / rate);
+                ends[0] = ends[0].later(room / rate, half.normal);
             } else if rate > 0.0 {
-                to = to.min(room / rate);
+                ends[1] = ends[1].earlier(room / rate, half.normal);
             } else if room < 0.0 {
-                to = f64::NEG_INFINITY;
+                ends[1].s = f64::NEG_INFINITY;
             }
         }
         for tube in &self.tubes {
             let [enter, leave] = tube.interval(origin, direction);
-            (from, to) = (from.max(enter), to.min(leave));
+            ends[0] = ends[0].later(enter, tube.normal(origin + enter * direction));
+            ends[1] = ends[1].earlier(leave, tube.normal(origin + leave * direction));
         }
-        [from, to]
+        ends
+    }
+}
+
+impl End {
+    fn later(self, s: f64, normal: DVec3) -> Self {
+        if s > self.s { Self { s, normal: Some(normal) } } else { self }
+    }
+
+    fn earlier(self, s: f64, normal: DVec3) -> Self {
+        if s < self.s { Self { s, normal: Some(normal) } } else { self }
     }
 }
 
 impl Tube {
+    /// Outward from the axis at a point; nothing where there is no such direction.
+    fn normal(&self, p: DVec3) -> DVec3 {
+        let [u, v] = self.across;
+        let outward = (u.normal.dot(p) - u.offset_mm) * u.normal + (v.normal.dot(p) - v.offset_mm) * v.normal;
+        outward.try_normalize().unwrap_or(u.normal)
+    }
+
     /// Where a line is within; the first is the larger where it never is.
     fn interval(&self, origin: DVec3, direction: DVec3) -> [f64; 2] {
         let at = self.across.map(|half| half.normal.dot(origin) - half.offset_mm);

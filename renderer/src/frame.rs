@@ -2,10 +2,9 @@
 
 use crate::camera::PixelRays;
 use crate::cell_masks::CellMasks;
-use crate::clip::Region;
 use crate::light_spans::LightSpans;
 use crate::occupancy::DistanceMap;
-use crate::scene::{Color, Integrator, Mode, Scene, Shell, Surface, Window};
+use crate::scene::{Color, CutFace, Integrator, Mode, Scene, Shell, Surface, Window};
 use crate::spans::Spans;
 use crate::{InstructionSet, RenderError};
 use bregma_volume::{Unit, Volume};
@@ -41,8 +40,6 @@ pub(crate) struct FrameLayer {
     pub to_light: DVec3,
     /// Where it can cast shadows from; of nothing in a scene without.
     pub light_spans: LightSpans,
-    /// What cuts leave of it.
-    pub region: Region,
     /// Where something changes as values grow: its isovalues, or its transfer function's points; ascending, relative to `level` and
     /// positive inside. None where the mode takes only one surface, or a projection.
     pub levels: Vec<f32>,
@@ -54,8 +51,10 @@ pub(crate) struct FrameLayer {
     pub steps: StepTable,
     /// The factor of opacities at magnitudes of the gradient, in sample units per mm; empty where there is none.
     pub gradient_factors: Vec<[f32; 2]>,
-    /// What cuts show of it as grey.
-    pub window: Window,
+    /// Whether cuts show its values where there is no bone, too.
+    pub shows_faces: bool,
+    /// What turns a value relative to the level into a brightness, by the window: a factor, and what is added.
+    pub brightness: [f32; 2],
     /// The value of air, which an X-ray does not show.
     pub air: f64,
     /// What a sample unit is in values, and the value at `level`; what is relative to the level grows with the value.
@@ -140,6 +139,11 @@ impl Frame {
         let depth_mm = far - base_mm;
         let cue_per_mm = if depth_mm > 0.0 { f64::from(scene.depth_cue.clamp(0.0, 1.0)) / depth_mm } else { 0.0 };
         let finest_mm = surfaces.iter().map(|(_, s)| s.grid.spacing_mm().min_element()).fold(f64::INFINITY, f64::min);
+        // The same for all volumes, so that their faces can be compared.
+        let window =
+            scene.window.or_else(|| surfaces.first().map(|(_, s)| default_window(&s.volume))).unwrap_or(Window::between([0.0, 1.0]));
+        // A window without width is a threshold.
+        let width_of_window = window.width.max(f64::from(f32::MIN_POSITIVE) * 1e6);
         let per_voxel = if let Integrator::Steps { per_voxel, .. } = scene.integrator { f64::from(per_voxel) } else { 1.0 };
         let step_mm = if finest_mm.is_finite() && per_voxel > 0.0 { finest_mm / per_voxel } else { 1.0 };
         let layer = |(index, surface): (usize, Surface)| {
@@ -147,24 +151,29 @@ impl Frame {
             let normals = to_index.matrix3.transpose();
             let largest = normals.to_cols_array().iter().fold(0.0_f64, |m, c| m.max(c.abs()));
             let (map, masks) = maps.get(&surface);
-            let region = Region::of(&scene.clips, index);
-            let begins_inside = !region.is_all();
+            let begins_inside = !surface.region.is_all();
+            let shows_faces = begins_inside && scene.cut_face != CutFace::Bone;
+            let value_at_level = surface.volume.value_of(f64::from(surface.level as f32));
             let shown = Shown::of(scene, index, &surface, step_mm);
             let slope = surface.volume.slope().abs();
             FrameLayer {
                 index,
                 level: surface.level as f32,
-                spans: Spans::of(&map, &masks, &surface.grid, &scene.camera, base_mm, [width, height], begins_inside),
-                region,
+                spans: if shows_faces && scene.mode != Mode::Dvr {
+                    Spans::everywhere(far - base_mm + margin, [width, height])
+                } else {
+                    Spans::of(&map, &masks, &surface.grid, &scene.camera, base_mm, [width, height], begins_inside)
+                },
                 levels: shown.levels,
                 paints: shown.paints,
                 steps: shown.steps,
                 gradient_factors: shown.gradient_factors,
                 inner: scene.layers[index].inner_color.map(Color::linear),
-                window: scene.window.unwrap_or_else(|| default_window(&surface.volume)),
+                shows_faces,
+                brightness: [slope / width_of_window, (value_at_level - window.level) / width_of_window + 0.5].map(|v| v as f32),
                 air: if surface.volume.unit() == Unit::Hounsfield { AIR_HU } else { surface.volume.range()[0] },
                 value_scale: slope,
-                value_at_level: surface.volume.value_of(f64::from(surface.level as f32)),
+                value_at_level,
                 light_spans: if scene.shadows { LightSpans::of(&map, &masks, &surface.grid, toward_light) } else { LightSpans::default() },
                 map,
                 masks,

@@ -23,7 +23,7 @@ mod tone;
 mod transfer;
 
 pub use camera::{Basis, Bounds, Camera, FOV_DEG, PixelAffine, PixelRays, Projection, Ray};
-pub use clip::{Clip, Shape};
+pub use clip::{Clip, Region, Shape};
 pub use cpu::CpuRenderer;
 pub use fearless_simd::Level as InstructionSet;
 #[cfg(feature = "gpu")]

@@ -41,7 +41,7 @@ pub struct Crossing {
     pub normal: DVec3,
     /// Change of the sample along the ray per mm (sample units); 0 where `clipped` or `at_origin`.
     pub slope_per_mm: f64,
-    /// The ray enters or leaves the volume's box here while inside bone.
+    /// The ray enters or leaves the volume's box, or what cuts leave of it, here while inside bone.
     pub clipped: bool,
     /// The ray begins here, inside bone.
     pub at_origin: bool,
@@ -52,8 +52,17 @@ pub struct Crossing {
 pub struct BoxSpan {
     /// First and last t in the box, mm.
     pub t_mm: [f64; 2],
-    /// Axis and side (−1 or 1) of the faces passed there; `None` where the ray's origin is inside.
-    faces: [Option<(usize, f64)>; 2],
+    /// What is passed there; `None` where the ray's origin is inside.
+    faces: [Option<Face>; 2],
+}
+
+/// Where a surface is closed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Face {
+    /// At a face of the volume's box: its axis and side (−1 or 1).
+    OfBox(usize, f64),
+    /// At a cut: its outward normal in the world.
+    OfCut(DVec3),
 }
 
 /// The ray in the index space of a surface's volume: same t, not a unit direction.
@@ -87,11 +96,16 @@ pub fn box_span(surface: &Surface, ray: &Ray) -> Option<BoxSpan> {
         // A ray that begins within rounding of a face begins at it.
         let begins_here = span.faces[0].is_none() && (near - o).abs() <= AT_FACE_VOXEL;
         if t_near > span.t_mm[0] || begins_here {
-            (span.t_mm[0], span.faces[0]) = (t_near.max(span.t_mm[0]), Some((axis, -side)));
+            (span.t_mm[0], span.faces[0]) = (t_near.max(span.t_mm[0]), Some(Face::OfBox(axis, -side)));
         }
         if t_far < span.t_mm[1] {
-            (span.t_mm[1], span.faces[1]) = (t_far, Some((axis, side)));
+            (span.t_mm[1], span.faces[1]) = (t_far, Some(Face::OfBox(axis, side)));
         }
+    }
+    let [from, to] = surface.region.interval(ray.origin.0, ray.direction, span.t_mm);
+    span.t_mm = [from.s, to.s];
+    for (face, end) in span.faces.iter_mut().zip([from, to]) {
+        *face = end.normal.map(Face::OfCut).or(*face);
     }
     (!surface.grid.is_flat() && span.t_mm[0] < span.t_mm[1]).then_some(span)
 }
@@ -249,12 +263,13 @@ fn walk(surface: &Surface, ray: &Ray, visit: &mut dyn FnMut(Crossing) -> Control
             let to_world = surface.grid.world_to_index().matrix3.transpose();
             let outward = match cut {
                 None => to_world * -g,
-                Some(Cut::Face(a, side)) => to_world * (DVec3::AXES[a] * side),
+                Some(Cut::Face(Face::OfBox(a, side))) => to_world * (DVec3::AXES[a] * side),
+                Some(Cut::Face(Face::OfCut(normal))) => normal,
                 Some(Cut::Origin) => -ray.direction,
             };
             let t_mm = t + u * (t_out - t);
             // Where a face is met moves with the position.
-            let moved = if let Some(Cut::Face(a, _)) = cut { off / line.direction[a].abs() } else { 0.0 };
+            let moved = if let Some(Cut::Face(Face::OfBox(a, _))) = cut { off / line.direction[a].abs() } else { 0.0 };
             let crossing = Crossing {
                 t_mm,
                 kind,
@@ -276,7 +291,7 @@ fn walk(surface: &Surface, ray: &Ray, visit: &mut dyn FnMut(Crossing) -> Control
             let rounding = 3.0 * largest * (16.0 * f64::EPSILON + 6.0 * off);
             if (b[0] >= 0.0) != was_inside {
                 // Entered already inside: the surface is closed here. Later: a face value that rounding moved across zero.
-                let cut = is_first.then(|| span.faces[0].map_or(Cut::Origin, |(a, side)| Cut::Face(a, side)));
+                let cut = is_first.then(|| span.faces[0].map_or(Cut::Origin, Cut::Face));
                 found(0.0, if was_inside { Kind::Exit } else { Kind::Enter }, 0.0, cut);
             }
             for root in roots(b, rounding) {
@@ -288,8 +303,8 @@ fn walk(surface: &Surface, ray: &Ray, visit: &mut dyn FnMut(Crossing) -> Control
         let ahead = |a: usize| cell[a].wrapping_add_signed(if line.direction[a] > 0.0 { 1 } else { -1 });
         let next = axis.map(|a| (a, ahead(a))).filter(|&(a, ahead)| ahead < cells[a]);
         if next.is_none() && was_inside {
-            let face = axis.map(|a| (a, line.direction[a].signum())).or(span.faces[1]);
-            found(1.0, Kind::Exit, 0.0, face.map(|(a, side)| Cut::Face(a, side)));
+            let face = axis.map(|a| Face::OfBox(a, line.direction[a].signum())).or(span.faces[1]);
+            found(1.0, Kind::Exit, 0.0, face.map(Cut::Face));
         }
         let Some((a, ahead)) = next.filter(|_| !stop) else { return };
         cell[a] = ahead;
@@ -300,8 +315,8 @@ fn walk(surface: &Surface, ray: &Ray, visit: &mut dyn FnMut(Crossing) -> Control
 /// Where bone is cut rather than bounded.
 #[derive(Clone, Copy)]
 enum Cut {
-    /// At a face of the volume's box: its axis and side.
-    Face(usize, f64),
+    /// Where the surface is closed.
+    Face(Face),
     /// At the ray's origin.
     Origin,
 }
@@ -318,9 +333,9 @@ fn position_error(surface: &Surface, ray: &Ray, t: f64) -> f64 {
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// The point at t with the coordinate of the face that is passed there exact, and the others within the box.
-fn snapped(line: &IndexLine, t: f64, face: Option<(usize, f64)>, cells: USizeVec3) -> DVec3 {
+fn snapped(line: &IndexLine, t: f64, face: Option<Face>, cells: USizeVec3) -> DVec3 {
     let mut p = line.origin + t * line.direction;
-    if let Some((axis, side)) = face {
+    if let Some(Face::OfBox(axis, side)) = face {
         p[axis] = if side > 0.0 { cells[axis] as f64 } else { 0.0 };
     }
     p.clamp(DVec3::ZERO, cells.as_dvec3())

@@ -1,7 +1,7 @@
 //! What is drawn and how: one plain value that the window, the command line, sessions and tests share.
 
 use crate::camera::Camera;
-use crate::clip::Clip;
+use crate::clip::{Clip, Region};
 use crate::roots::Solver;
 use crate::transfer::{Control, TransferFunction, lowest_visible};
 use bregma_volume::{Grid, GridError, Volume};
@@ -298,6 +298,8 @@ pub struct Surface {
     pub level: f64,
     /// 1 when larger samples are inside the bone, −1 when a negative slope turns that round.
     pub sign: f32,
+    /// What cuts leave of it; it is closed there.
+    pub region: Region,
 }
 
 impl Surface {
@@ -308,7 +310,12 @@ impl Surface {
         let [low, high] = volume.histogram().range;
         let beyond = high - low + 1.0;
         let level = volume.sample_of(iso).clamp(low - beyond, high + beyond);
-        Ok(Self { grid, level, sign, volume: Arc::clone(volume) })
+        Ok(Self { grid, level, sign, volume: Arc::clone(volume), region: Region::default() })
+    }
+
+    /// What `clips` leave of it, as the layer of number `index`.
+    pub fn cut(self, clips: &[Clip], index: usize) -> Self {
+        Self { region: Region::of(clips, index), ..self }
     }
 }
 
@@ -353,7 +360,9 @@ impl Scene {
 
     fn surfaces_at(&self, volumes: &[Arc<Volume>], iso: impl Fn(&Layer, &Volume) -> f64) -> Result<Vec<(usize, Surface)>, GridError> {
         let visible = self.layers.iter().zip(volumes).enumerate().filter(|(_, (layer, _))| layer.visible);
-        visible.map(|(i, (layer, volume))| Ok((i, Surface::new(volume, iso(layer, volume), layer.transform)?))).collect()
+        visible
+            .map(|(i, (layer, volume))| Ok((i, Surface::new(volume, iso(layer, volume), layer.transform)?.cut(&self.clips, i))))
+            .collect()
     }
 
     /// Whether every surface along a ray is drawn, and not only the first.

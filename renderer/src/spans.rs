@@ -59,6 +59,12 @@ impl Spans {
         Self { across, blocks }
     }
 
+    /// All depths up to `s_max` in every block.
+    pub fn everywhere(s_max: f64, [width, height]: [u32; 2]) -> Self {
+        let (across, down) = (width.div_ceil(BLOCK), height.div_ceil(BLOCK));
+        Self { across, blocks: vec![[0.0, s_max as f32]; across as usize * down as usize] }
+    }
+
     /// The span of the block with pixel (x, y).
     pub fn at(&self, x: u32, y: u32) -> [f32; 2] {
         self.blocks[(y / BLOCK * self.across + x / BLOCK) as usize]

@@ -2,8 +2,8 @@
 
 use super::history::Work;
 use super::measured::NamedRay;
-use bregma_measure::{DifferenceRay, Segment, VolumeRecord, probe, profile};
-use bregma_renderer::{Layer, Ray};
+use bregma_measure::{DifferenceRay, Segment, VolumeRecord, probe_cut, profile};
+use bregma_renderer::{Clip, Layer, Ray};
 use egui::Color32;
 
 /// What a ray meets in the visible volumes.
@@ -15,14 +15,15 @@ pub struct Found {
     pub colors: Vec<Color32>,
     /// The density along it in each of them: mm and value.
     pub profiles: Vec<Vec<[f64; 2]>>,
-    of: (Vec<Layer>, Ray),
+    of: (Vec<Layer>, Vec<Clip>, Ray),
 }
 
 impl Found {
     /// Measures along all rays of the work; reuses what is `known` of those for which nothing that it depends on changed.
     pub fn refresh(mut known: Vec<Self>, work: &Work) -> Result<Vec<Self>, String> {
-        let layers = &work.opened.scene.layers;
-        let found = |named: &NamedRay| match known.iter().position(|k| k.of.1 == named.ray && k.of.0 == *layers) {
+        let scene = &work.opened.scene;
+        let same = |k: &Self, ray: Ray| k.of.2 == ray && k.of.0 == scene.layers && k.of.1 == scene.clips;
+        let found = |named: &NamedRay| match known.iter().position(|k| same(k, named.ray)) {
             Some(n) => Ok(known.swap_remove(n)),
             None => Self::of(work, named.ray),
         };
@@ -32,7 +33,7 @@ impl Found {
     fn of(work: &Work, ray: Ray) -> Result<Self, String> {
         let layers = work.opened.scene.layers.clone();
         let colors = layers.iter().filter(|l| l.visible).map(color).collect();
-        let mut found = Self { ray: measure(work, &ray)?, colors, profiles: vec![], of: (layers, ray) };
+        let mut found = Self { ray: measure(work, &ray)?, colors, profiles: vec![], of: (layers, work.opened.scene.clips.clone(), ray) };
         if let Some(extent) = found.shown_mm() {
             let surfaces = work.opened.scene.surfaces(&work.opened.volumes).map_err(|e| e.to_string())?;
             found.profiles = surfaces.iter().map(|(_, s)| profile(s, &ray, extent, PROFILE_POINTS)).collect();
@@ -64,7 +65,7 @@ impl Found {
 
     /// The point at `t_mm`.
     pub fn at(&self, t_mm: f64) -> bregma_volume::WorldPoint {
-        self.of.1.at(t_mm)
+        self.of.2.at(t_mm)
     }
 }
 
@@ -82,9 +83,8 @@ pub fn cast(work: &Work, x: f64, y: f64, [width, height]: [u32; 2]) -> Result<Op
 }
 
 fn measure(work: &Work, ray: &Ray) -> Result<DifferenceRay, String> {
-    let shown = work.opened.volumes.iter().zip(&work.opened.scene.layers).filter(|(_, l)| l.visible);
-    let (volumes, layers): (Vec<_>, Vec<_>) = shown.map(|(v, l)| (v.clone(), l.clone())).unzip();
-    probe(&volumes, &layers, ray).map_err(|e| format!("The ray cannot be cast: {e}"))
+    let scene = &work.opened.scene;
+    probe_cut(&work.opened.volumes, &scene.layers, &scene.clips, ray).map_err(|e| format!("The ray cannot be cast: {e}"))
 }
 
 /// The layer's colour on the screen.

@@ -74,7 +74,7 @@ pub(super) fn march<'a, S: Simd>(
             continue;
         }
         let field = field_of(layer, Source::Samples(layer.surface.volume.samples()));
-        let kept = kept(simd, &layer.region, &world);
+        let kept = kept(simd, &layer.surface.region, &world);
         let s_max = splat(s_max).min(kept.end);
         let part = Part { begin: kept.begin, s_min: splat(s_min), s_max };
         let (walk, open) = field.begin(simd, lines, &part, pixels.inside);
@@ -135,6 +135,12 @@ impl<S: Simd> Traveller<'_, S> {
             self.has |= arrived;
             self.fresh |= arrived;
         }
+    }
+
+    /// Which rays have just come in through a cut.
+    #[inline(always)]
+    pub fn is_at_cut(&self) -> Mask<S> {
+        self.has & self.fresh & self.kept.is_cut & self.cell.s[0].simd_eq(self.kept.begin)
     }
 
     /// Which rays are in a cell all along a stretch.

@@ -19,7 +19,8 @@ use crate::frame::{Frame, FrameLayer, MapCache};
 use crate::lanes::{Doubles, Floats, Ints, LANES, Mask, Vecs, axes, dot, numbers};
 use crate::light_spans::LightSpans;
 use crate::roots::Solver;
-use crate::scene::{Integrator, Mode, Normals, Picture, Scene};
+use crate::roots::trilinear;
+use crate::scene::{CutFace, Integrator, Mode, Normals, Picture, Scene};
 use crate::spans::BLOCK;
 use crate::tone::colored;
 use crate::{InstructionSet, RenderError, Renderer, Split};
@@ -31,7 +32,7 @@ use fetch::Source;
 use glam::{Vec3, Vec4};
 use march::{lines_of, march, world_lines};
 use rayon::prelude::*;
-use shade::{Drawn, encode, nearest, phong};
+use shade::{Drawn, encode, face_color, nearest, phong};
 use shells::Gathered;
 use std::mem::discriminant;
 use std::sync::Arc;
@@ -150,7 +151,7 @@ fn project_band<S: Simd>(simd: S, frame: &Frame, scene: &Scene, [width, y0]: [u3
             }
             let field = field_of(layer, Source::Samples(layer.surface.volume.samples()));
             let lines = lines_of(simd, layer, &pixels);
-            let kept = kept(simd, &layer.region, &world_lines(simd, frame, &pixels));
+            let kept = kept(simd, &layer.surface.region, &world_lines(simd, frame, &pixels));
             let part = Part { begin: kept.begin, s_min: Floats::splat(simd, s_min), s_max: Floats::splat(simd, s_max).min(kept.end) };
             let of = simd.vectorize(
                 #[inline(always)]
@@ -317,9 +318,11 @@ fn draw_band<S: Simd>(simd: S, frame: &Frame, scene: &Scene, band: Band<'_>) {
         }
         let view = View::of(simd, frame, &pixels);
         let mut color = light(simd, frame, scene, &pixels, &first, &view.direction);
+        paint_faces(simd, scene, &hits, &first, &mut color);
         if scene.mode == Mode::Overlay {
             let second = nearest(simd, &hits, first.id);
-            let behind = light(simd, frame, scene, &pixels, &second, &view.direction);
+            let mut behind = light(simd, frame, scene, &pixels, &second, &view.direction);
+            paint_faces(simd, scene, &hits, &second, &mut behind);
             let opacity = second.found.select(first.opacity, Floats::splat(simd, 1.0));
             color = axes!(a => color[a] * opacity + behind[a] * (1.0 - opacity));
         }
@@ -425,8 +428,11 @@ fn trace<S: Simd>(
     }
     let field = field_of(layer, Source::Samples(layer.surface.volume.samples()));
     let lines = lines_of(simd, layer, pixels);
-    let kept = kept(simd, &layer.region, &world_lines(simd, frame, pixels));
-    let mut s_far = Floats::splat(simd, s_max).min(kept.end);
+    let kept = kept(simd, &layer.surface.region, &world_lines(simd, frame, pixels));
+    let splat = |v| Floats::splat(simd, v);
+    let id = splat((layer.index + 1) as f32);
+    let face = face_of(simd, layer, &field, &lines, &kept, pixels.inside);
+    let mut s_far = splat(s_max).min(kept.end);
     if frame.only_nearest {
         // What lies behind an opaque hit is not asked for.
         for hit in hits {
@@ -434,14 +440,72 @@ fn trace<S: Simd>(
         }
     }
     let part = Part { begin: kept.begin, s_min: Floats::splat(simd, s_min), s_max: s_far };
-    let found = field.first_hits(simd, Method::Solver(scene.solver), &lines, &part, pixels.inside);
-    if !found.found.any_true() {
+    let found = field.first_hits(simd, Method::Solver(scene.solver), &lines, &part, pixels.inside & !face.is);
+    if !(found.found | face.is).any_true() {
         return None;
     }
     let normal = normals(simd, scene, &field, layer, &lines, &found, &kept);
-    let splat = |v| Floats::splat(simd, v);
-    let id = splat((layer.index + 1) as f32);
-    Some(Drawn { found: found.found, s: found.s, normal, color: axes!(a => splat(layer.color[a])), opacity: splat(layer.opacity), id })
+    Some(Drawn {
+        found: found.found | face.is,
+        s: face.is.select(kept.begin, found.s),
+        normal,
+        color: axes!(a => splat(layer.color[a])),
+        opacity: splat(layer.opacity),
+        id,
+        is_face: face.is,
+        brightness: face.brightness,
+    })
+}
+
+/// Where cuts show the values of a volume.
+struct Face<S: Simd> {
+    is: Mask<S>,
+    brightness: Floats<S>,
+}
+
+#[inline(always)]
+fn face_of<S: Simd>(simd: S, layer: &FrameLayer, field: &Field<'_>, lines: &Lines<S>, kept: &Kept<S>, of: Mask<S>) -> Face<S> {
+    let none = Face { is: Mask::splat(simd, false), brightness: Floats::splat(simd, 0.0) };
+    if !layer.shows_faces || layer.surface.grid.is_flat() {
+        return none;
+    }
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            let at = lines.at(kept.begin);
+            let p = axes!(a => at[a].to_floats());
+            let dims = field.dims;
+            let within = axes!(a => p[a].simd_ge(0.0) & p[a].simd_le((dims[a] - 1) as f32));
+            let is = of & kept.is_cut & kept.begin.simd_le(kept.end) & within[0] & within[1] & within[2];
+            if !is.any_true() {
+                return none;
+            }
+            let cell = axes!(a => p[a].floor().to_int::<Ints<S>>().max(0).min(dims[a] - 2));
+            let local = axes!(a => (at[a] - Doubles::of(cell[a].to_float())).to_floats().max(0.0).min(1.0));
+            let value = trilinear(&field.corners(simd, &cell, is), &local);
+            let [gain, offset] = layer.brightness;
+            Face { is, brightness: value * gain + offset }
+        },
+    )
+}
+
+/// Paints the faces of cuts among what is drawn first: with the values of all volumes that are cut there.
+#[inline(always)]
+fn paint_faces<S: Simd>(simd: S, scene: &Scene, hits: &[Drawn<S>], first: &Drawn<S>, color: &mut Vecs<S>) {
+    let faces = first.found & first.is_face;
+    if !faces.any_true() {
+        return;
+    }
+    let mut lanes = color.map(|c| c.to_array());
+    for lane in numbers(faces) {
+        // A plane's face is at the same depth in all of them.
+        let there = hits.iter().filter(|h| h.is_face.test(lane) && (h.s[lane] == first.s[lane] || h.id[lane] == first.id[lane]));
+        let cut: Vec<(f32, Vec3)> = there.map(|h| (h.brightness[lane], Vec3::from_array(axes!(a => h.color[a][lane])))).collect();
+        let own = if scene.cut_face == CutFace::Density { vec![(first.brightness[lane], Vec3::ONE)] } else { cut };
+        let painted = face_color(scene.cut_face, &own);
+        (0..3).for_each(|a| lanes[a][lane] = painted[a]);
+    }
+    *color = lanes.map(|c| Floats::load_array(simd, c));
 }
 
 /// The colours of what is drawn, where there is anything.
@@ -452,7 +516,7 @@ fn light<S: Simd>(simd: S, frame: &Frame, scene: &Scene, pixels: &Pixels<S>, dra
     let unknown = dot(&drawn.normal, &drawn.normal).simd_eq(zero);
     let normal = axes!(a => unknown.select(-view[a], drawn.normal[a]));
     let toward = axes!(a => Floats::splat(simd, frame.toward_light[a]));
-    let mut lit = drawn.found & dot(&normal, &toward).simd_gt(zero);
+    let mut lit = drawn.found & !drawn.is_face & dot(&normal, &toward).simd_gt(zero);
     if scene.shadows && lit.any_true() {
         lit &= !shadowed(simd, frame, scene, pixels, drawn, lit);
     }
@@ -479,7 +543,7 @@ fn shadowed<S: Simd>(simd: S, frame: &Frame, scene: &Scene, pixels: &Pixels<S>, 
             origin: axes!(a => seen[a] + Doubles::splat(simd, frame.shadow_start_mm * to_light[a])),
             direction: axes!(a => Doubles::splat(simd, to_light[a])),
         };
-        let kept = kept(simd, &layer.region, &to_light_in_world);
+        let kept = kept(simd, &layer.surface.region, &to_light_in_world);
         let s_max = until_light(simd, &layer.light_spans, &axes!(a => seen[a].to_floats()), asked).min(kept.end);
         let asked = asked & !dark & s_max.simd_gt(kept.begin);
         if asked.any_true() {

@@ -3,7 +3,7 @@
 //! The twin of `shaders/shade.wgsl`.
 
 use crate::lanes::{Floats, LANES, Mask, Vecs, axes, dot, numbers};
-use crate::scene::Light;
+use crate::scene::{Color, CutFace, Light};
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 use glam::{Vec3, Vec4};
@@ -23,13 +23,25 @@ pub(super) struct Drawn<S: Simd> {
     pub opacity: Floats<S>,
     /// 1-based layer.
     pub id: Floats<S>,
+    /// Where it is the face of a cut that shows values; these as brightness, not yet kept between 0 and 1.
+    pub is_face: Mask<S>,
+    pub brightness: Floats<S>,
 }
 
 /// The nearest of each lane, leaving out that of the layer of number `skip`; of equal ones the first layer's.
 #[inline(always)]
 pub(super) fn nearest<S: Simd>(simd: S, hits: &[Drawn<S>], skip: Floats<S>) -> Drawn<S> {
     let zero = Floats::splat(simd, 0.0);
-    let mut best = Drawn { found: Mask::splat(simd, false), s: zero, normal: [zero; 3], color: [zero; 3], opacity: zero, id: zero };
+    let mut best = Drawn {
+        found: Mask::splat(simd, false),
+        s: zero,
+        normal: [zero; 3],
+        color: [zero; 3],
+        opacity: zero,
+        id: zero,
+        is_face: Mask::splat(simd, false),
+        brightness: zero,
+    };
     for hit in hits {
         let nearer = hit.found & hit.id.simd_ne(skip) & (!best.found | hit.s.simd_lt(best.s));
         best.found |= nearer;
@@ -38,9 +50,32 @@ pub(super) fn nearest<S: Simd>(simd: S, hits: &[Drawn<S>], skip: Floats<S>) -> D
         best.color = axes!(a => nearer.select(hit.color[a], best.color[a]));
         best.opacity = nearer.select(hit.opacity, best.opacity);
         best.id = nearer.select(hit.id, best.id);
+        best.is_face = (best.is_face & !nearer) | (hit.is_face & nearer);
+        best.brightness = nearer.select(hit.brightness, best.brightness);
     }
     best
 }
+
+/// The linear colour of the face of a cut that shows values, of the brightnesses of the volumes that it cuts there, with their colours.
+pub(super) fn face_color(how: CutFace, cut: &[(f32, Vec3)]) -> Vec3 {
+    let clamped = |b: f32| b.clamp(0.0, 1.0);
+    let grey = |b: f32| Color([clamped(b); 3]).linear();
+    match (how, cut) {
+        (CutFace::Blend, [_, _, ..]) => cut.iter().map(|(b, color)| *color * grey(*b)).sum::<Vec3>().min(Vec3::ONE),
+        (CutFace::Difference, [(a, _), (b, _), ..]) => {
+            let difference = (a - b).clamp(-1.0, 1.0);
+            let end = if difference > 0.0 { FIRST_IS_MORE } else { SECOND_IS_MORE };
+            Color(std::array::from_fn(|n| EQUAL[n] + (end[n] - EQUAL[n]) * difference.abs())).linear()
+        }
+        (_, [(b, _), ..]) => grey(*b),
+        _ => Vec3::ZERO,
+    }
+}
+
+/// The ends and the middle of the diverging map RdBu (Brewer 2003), sRGB.
+const FIRST_IS_MORE: [f32; 3] = [0.698, 0.094, 0.169];
+const SECOND_IS_MORE: [f32; 3] = [0.129, 0.400, 0.674];
+const EQUAL: [f32; 3] = [0.969, 0.969, 0.969];
 
 /// The linear colours of surfaces of `color` (linear) with a `normal` toward the viewer, seen along `view` and, in the lanes of `lit`, lit
 /// from `toward`, all unit vectors in the world.

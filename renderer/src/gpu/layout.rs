@@ -63,7 +63,10 @@ pub(super) struct TraceParams {
     pub table_per_unit: f32,
     pub id: u32,
     pub has_inner: u32,
-    pub padding: [u32; 2],
+    pub shows_faces: u32,
+    pub padding: u32,
+    pub brightness: [f32; 2],
+    pub padding_after: [u32; 2],
     pub inner: [f32; 4],
     pub gradient_to_world: [[f32; 4]; 3],
 }
@@ -96,7 +99,8 @@ pub(super) struct ShadeParams {
     pub background: [f32; 4],
     pub step_mm: f32,
     pub jitter: u32,
-    pub padding: [u32; 2],
+    pub cut_face: u32,
+    pub padding: u32,
 }
 
 /// `ShadeLayer` of `shaders/shade.wgsl`.
@@ -200,6 +204,8 @@ mod tests {
                 table_per_unit,
                 id,
                 has_inner,
+                shows_faces,
+                brightness,
                 inner,
                 gradient_to_world
             ]
@@ -226,7 +232,8 @@ mod tests {
                 cue_per_mm,
                 background,
                 step_mm,
-                jitter
+                jitter,
+                cut_face
             ]
         );
         same_layout!(&shade, "ShadeLayer", ShadeLayer, [color, id]);

@@ -69,8 +69,8 @@ fn extras_of(layer: &FrameLayer) -> Vec<[f32; 4]> {
         let rest = (half.offset_mm - f64::from(half.offset_mm as f32)) as f32;
         [normal.extend(half.offset_mm as f32).to_array(), [radius, rest, 0.0, 0.0]]
     };
-    let planes = layer.region.halves.iter().flat_map(|half| cut(half, -1.0));
-    let tubes = layer.region.tubes.iter().flat_map(|tube| tube.across.iter().flat_map(|half| cut(half, tube.radius_mm as f32)));
+    let planes = layer.surface.region.halves.iter().flat_map(|half| cut(half, -1.0));
+    let tubes = layer.surface.region.tubes.iter().flat_map(|tube| tube.across.iter().flat_map(|half| cut(half, tube.radius_mm as f32)));
     let levels = layer.levels.iter().zip(&layer.paints).flat_map(|(&level, paint)| [[level, 0.0, 0.0, 0.0], paint.to_array()]);
     let table = layer.steps.entries.iter().map(|entry| entry.to_array());
     let gradients = layer.gradient_factors.iter().map(|&[magnitude, factor]| [magnitude, factor, 0.0, 0.0]);
@@ -145,7 +145,7 @@ impl GpuRenderer {
             light_spans_origin: layer.light_spans.from_index.translation.as_vec3().to_array(),
             passes: layers.len() as u32,
             light_blocks: layer.light_spans.size,
-            cuts: (layer.region.halves.len() + 2 * layer.region.tubes.len()) as u32,
+            cuts: (layer.surface.region.halves.len() + 2 * layer.surface.region.tubes.len()) as u32,
             analytic_normals: u32::from(scene.normals == Normals::Analytic),
             levels: layer.levels.len() as u32,
             table: layer.steps.entries.len() as u32,
@@ -153,7 +153,10 @@ impl GpuRenderer {
             table_per_unit: layer.steps.per_unit,
             id: layer.index as u32 + 1,
             has_inner: u32::from(layer.inner.is_some()),
-            padding: [0; 2],
+            shows_faces: u32::from(layer.shows_faces),
+            padding: 0,
+            brightness: layer.brightness,
+            padding_after: [0; 2],
             inner: padded(layer.inner.unwrap_or_default()),
             gradient_to_world: padded_matrix(layer.gradient_to_world),
         };
@@ -175,7 +178,8 @@ impl GpuRenderer {
             background: frame.background.to_array(),
             step_mm: frame.step_mm,
             jitter: u32::from(matches!(scene.integrator, Integrator::Steps { jitter: true, .. })),
-            padding: [0; 2],
+            cut_face: scene.cut_face as u32,
+            padding: 0,
         };
         let color = |l: &&FrameLayer| ShadeLayer { color: l.color.extend(l.opacity).to_array(), id: l.index as u32 + 1, padding: [0; 3] };
         let trace = layers.iter().enumerate().map(trace).collect();
