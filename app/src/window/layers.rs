@@ -4,18 +4,19 @@ use super::cast::{bytes, color};
 use super::histogram;
 use super::history::Work;
 use super::measured::Measured;
-use super::{modes, shells, transfer_editor};
+use super::{cuts, modes, shells, transfer_editor};
 use bregma_renderer::{Color, Layer, Mode, Picture, Scene};
 use bregma_volume::{Unit, Volume};
 use egui::{Align, Button, DragValue, Frame, Label, Layout, RichText, ScrollArea, Slider, SliderClamping, Ui};
 
 /// Shows the panel and applies what the person changes. `picture` is the newest one.
 pub fn show(ui: &mut Ui, work: &mut Work, picture: Option<&Picture>) {
-    let scene = &mut work.opened.scene;
-    modes::show(ui, scene, &work.opened.volumes, picture);
+    modes::show(ui, &mut work.opened.scene, &work.opened.volumes, picture);
     ui.add_space(4.0);
     let mut removed = None;
     ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+        cuts::show(ui, work);
+        let scene = &mut work.opened.scene;
         let shown = Shown::of(scene);
         for (n, (volume, layer)) in work.opened.volumes.iter().zip(&mut scene.layers).enumerate() {
             // Scans may share a name: their number tells their widgets apart.
@@ -70,6 +71,7 @@ fn remove(work: &mut Work, n: usize) {
     }
     opened.volumes.remove(n);
     opened.scene.layers.remove(n);
+    cuts::forget_layer(&mut opened.scene.clips, n);
     if opened.volumes.is_empty() {
         work.measured = Measured::default();
     }

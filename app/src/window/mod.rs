@@ -5,6 +5,8 @@
 mod bars;
 mod cast;
 mod chart_panel;
+mod cut_handles;
+mod cuts;
 mod files;
 mod histogram;
 mod history;
@@ -138,6 +140,11 @@ impl Workstation {
     /// What the difference ray found.
     pub fn difference_ray(&self) -> Option<&DifferenceRay> {
         self.found.get(self.work.measured.selected).map(|f| &f.ray)
+    }
+
+    /// The landmarks that were set.
+    pub fn landmarks(&self) -> &[crate::input::Landmark] {
+        &self.work.measured.landmarks
     }
 
     fn is_empty(&self) -> bool {

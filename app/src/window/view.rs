@@ -1,6 +1,7 @@
 //! The picture: what the mouse does on it, and its pixels on the screen.
 
 use super::cast::{Found, cast};
+use super::cut_handles::{self, Held};
 use super::history::Work;
 use super::marks::{self, Screen};
 use super::measured::{Tool, landmark_at, normal_ray, picked};
@@ -23,6 +24,8 @@ pub struct View {
     tool: Tool,
     /// The first of two clicked points.
     first_point: Option<bregma_volume::WorldPoint>,
+    /// The cut that the mouse holds.
+    held: Held,
     /// When the mouse last moved the view or a layer changed, in the window's seconds.
     moved_at: f64,
 }
@@ -85,6 +88,8 @@ impl View {
             let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
             painter.image(texture.id(), rect, whole, Color32::WHITE);
         }
+        let bounds = work.opened.bounds();
+        cut_handles::show(ui, &mut work.opened.scene, &bounds, rect, size, &mut self.held);
         let screen = Screen { camera: &work.opened.scene.camera, rect, size };
         let measured = &work.measured;
         for (_, (named, found)) in measured.rays.iter().zip(found).enumerate().filter(|(n, _)| *n != measured.selected) {
