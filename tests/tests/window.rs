@@ -807,3 +807,75 @@ fn a_plane_through_three_landmarks_and_the_slice_view() {
     choose(&mut window, Role::CheckBox, "Cut 1 cuts");
     assert!(changed(&slice, &pixels(&window)) > 10_000);
 }
+
+fn compare_by(window: &mut Window, kind: &str) {
+    window.get_by_label("Compare").click();
+    window.run_steps(3);
+    window.get_by_label(kind).click();
+    window.run_steps(2);
+    settle(window);
+}
+
+#[test]
+fn two_scans_are_compared_side_by_side_by_swipe_checkerboard_and_flicker() {
+    // Fails if a half of the picture shows the wrong scan, the line does not follow the mouse, a drag of it draws anew, or a click in the
+    // right half of two measures elsewhere than where it points.
+    let mut window = open(Start::Demo);
+    wait(&mut window, "the demo pair", |w| !w.is_loading());
+    settle(&mut window);
+    choose(&mut window, Role::RadioButton, "Isosurface");
+    let together = pixels(&window);
+    // Which scans are seen left and right of a column.
+    let seen = |window: &Window, column: f32| {
+        let picture = window.state().picture().unwrap();
+        let line = (column * picture.width as f32) as usize;
+        let ids = picture.volume_id.iter().enumerate().filter(|(_, id)| **id != 0);
+        let mut sides = [std::collections::BTreeSet::new(), std::collections::BTreeSet::new()];
+        ids.for_each(|(n, id)| _ = sides[usize::from(n % picture.width as usize >= line)].insert(*id));
+        sides.map(|ids| ids.into_iter().collect::<Vec<_>>())
+    };
+    compare_by(&mut window, "Swipe");
+    assert_eq!(seen(&window, 0.5), [vec![1], vec![2]]);
+    let (line, rect) = (rect_of(&window, "Swipe line").center(), window.state().picture_rect().unwrap());
+    drag(&mut window, line, line - egui::vec2(rect.width() * 0.06, 0.0));
+    assert!(window.state().is_settled(), "moving the line draws nothing anew");
+    assert!(matches!(window.state().compare(), bregma::compare::Compare::Swipe { part } if (part - 0.44).abs() < 0.01));
+    window.run_steps(1);
+    assert_eq!(seen(&window, 0.44), [vec![1], vec![2]]);
+    screenshot(&mut window, "compare-swipe.png");
+
+    compare_by(&mut window, "Checkerboard");
+    let squares = seen(&window, 0.5);
+    assert_eq!(squares, [vec![1, 2], vec![1, 2]]);
+    screenshot(&mut window, "compare-checkerboard.png");
+
+    compare_by(&mut window, "Flicker");
+    let mut turns = std::collections::BTreeSet::new();
+    for _ in 0..12 {
+        window.run_steps(1);
+        turns.insert(seen(&window, 0.0)[1].clone());
+    }
+    assert_eq!(turns.into_iter().collect::<Vec<_>>(), [vec![1], vec![2]], "each by turns");
+
+    compare_by(&mut window, "Side by side");
+    assert_eq!(seen(&window, 0.5), [vec![1], vec![2]]);
+    // The same point of the forehead in both halves.
+    let (picture, rect) = (window.state().picture().unwrap(), window.state().picture_rect().unwrap());
+    let (w, h) = (picture.width as usize, picture.height as usize);
+    let row = (0..h * 2 / 5).rev().find(|y| picture.volume_id[y * w + w / 4] != 0).expect("bone above the centre") as f32;
+    let left = rect.min + egui::vec2(rect.width() / 4.0, row + 0.5);
+    let right = left + egui::vec2(rect.width() / 2.0, 0.0);
+    let mut rays = vec![];
+    for at in [left, right] {
+        click(&mut window, at);
+        rays.push(window.state().difference_ray().expect("a ray").volumes[0].segments[0].length_mm);
+        undo(&mut window);
+    }
+    assert!((rays[0] - rays[1]).abs() < 1e-6, "{rays:?}");
+    click(&mut window, right);
+    settle(&mut window);
+    screenshot(&mut window, "compare-side.png");
+    undo(&mut window);
+    compare_by(&mut window, "Together");
+    assert_eq!(changed(&together, &pixels(&window)), 0);
+}

@@ -103,10 +103,13 @@ impl Measured {
     }
 }
 
-/// The point of the nearest visible surface on a ray, with that surface.
-pub fn picked(work: &Work, ray: &Ray) -> Result<Option<(Surface, WorldPoint)>, String> {
+/// The point of the nearest visible surface on a ray, or of that of the layer `only`, with that surface.
+pub fn picked(work: &Work, only: Option<usize>, ray: &Ray) -> Result<Option<(Surface, WorldPoint)>, String> {
     let surfaces = work.opened.scene.surfaces(&work.opened.volumes).map_err(|e| e.to_string())?;
-    let hits = surfaces.into_iter().filter_map(|(_, s)| reference::first_entry(&s, ray).map(|c| (c.t_mm, s)));
+    let hits = surfaces
+        .into_iter()
+        .filter(|(n, _)| only.is_none_or(|only| only == *n))
+        .filter_map(|(_, s)| reference::first_entry(&s, ray).map(|c| (c.t_mm, s)));
     let nearest = hits.min_by(|a, b| a.0.total_cmp(&b.0));
     Ok(nearest.map(|(t_mm, surface)| (surface, ray.at(t_mm))))
 }

@@ -5,6 +5,7 @@
 mod bars;
 mod cast;
 mod chart_panel;
+mod compare_bar;
 mod cut_handles;
 mod cuts;
 mod files;
@@ -140,6 +141,11 @@ impl Workstation {
     /// What the difference ray found.
     pub fn difference_ray(&self) -> Option<&DifferenceRay> {
         self.found.get(self.work.measured.selected).map(|f| &f.ray)
+    }
+
+    /// How scans are compared.
+    pub fn compare(&self) -> crate::compare::Compare {
+        self.view.compare
     }
 
     /// The landmarks that were set.
@@ -300,7 +306,7 @@ impl Workstation {
             match self.view.show(ui, &mut self.work, &self.found, self.hovered_mm) {
                 Ok(size) => {
                     let resting = self.view.is_resting(ui.ctx());
-                    self.painter.want(&self.work.opened.volumes, &self.work.opened.scene, size, resting);
+                    self.painter.want(&self.work.opened.volumes, &self.work.opened.scene, size, self.view.compare, resting);
                 }
                 Err(text) => self.notices.note(text),
             }
@@ -342,6 +348,10 @@ impl eframe::App for Workstation {
                         if ui.selectable_label(self.view.tool() == tool, name).on_hover_text(what).clicked() {
                             self.view.take_tool(tool);
                         }
+                    }
+                    if self.work.opened.scene.layers.iter().filter(|l| l.visible).count() > 1 {
+                        ui.separator();
+                        compare_bar::show(ui, &mut self.view.compare);
                     }
                 });
             }
