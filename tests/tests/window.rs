@@ -879,3 +879,57 @@ fn two_scans_are_compared_side_by_side_by_swipe_checkerboard_and_flicker() {
     compare_by(&mut window, "Together");
     assert_eq!(changed(&together, &pixels(&window)), 0);
 }
+
+#[test]
+fn a_map_of_thickness_is_measured_painted_and_dropped() {
+    // Fails if the map cannot be cancelled, is not painted, stays on a surface that it is not of, or if a patch is not smaller.
+    let mut window = open(Start::Demo);
+    wait(&mut window, "the demo pair", |w| !w.is_loading());
+    settle(&mut window);
+    let before = pixels(&window);
+    window.get_by_label("Measure").click();
+    window.run_steps(2);
+    window.get_by_label_contains("Thickness map").click();
+    window.run_steps(3);
+    window.get_by_label("Measure the thickness").click();
+    window.run_steps(2);
+    window.get_by_label("Cancel").click();
+    window.run_steps(2);
+    assert!(window.state().thickness().is_none(), "a cancelled measurement leaves nothing");
+    window.get_by_label("Measure the thickness").click();
+    wait(&mut window, "the map", |w| w.thickness().is_some());
+    settle(&mut window);
+    let whole = window.state().thickness().unwrap().clone();
+    assert!((1.0..20.0).contains(&whole.mean_mm), "{whole:?}");
+    let painted = pixels(&window);
+    assert!(changed(&before, &painted) > 20_000);
+    let ids = &window.state().picture().unwrap().volume_id;
+    assert!(ids.contains(&1) && !ids.contains(&2), "the map is of skull A alone");
+    window.get_by_label("Legend of the thickness");
+    screenshot(&mut window, "thickness.png");
+    // The same values, other colours.
+    choose(&mut window, Role::RadioButton, "Cividis");
+    assert!(changed(&painted, &pixels(&window)) > 20_000);
+    choose(&mut window, Role::CheckBox, "Show on the surface");
+    assert_eq!(changed(&before, &pixels(&window)), 0);
+    choose(&mut window, Role::CheckBox, "Show on the surface");
+    window.get_by_role_and_label(Role::Slider, "Isovalue of skull A").set_value_accesskit(400.0);
+    settle(&mut window);
+    window.get_by_label_contains("measure again");
+    assert!(window.state().picture().unwrap().volume_id.contains(&2), "what is no longer true is not painted");
+    undo(&mut window);
+
+    let target = on_bone(&window);
+    window.get_by_label("Landmark").click();
+    window.run_steps(2);
+    click(&mut window, target);
+    window.get_by_role_and_label(Role::RadioButton, "Around a landmark").click();
+    window.run_steps(2);
+    window.get_by_label("Measure the thickness").click();
+    window.run_steps(2);
+    wait(&mut window, "the patch", |w| w.thickness().is_some_and(|t| t.area_mm2 != whole.area_mm2));
+    settle(&mut window);
+    let patch = window.state().thickness().unwrap().area_mm2;
+    assert!((500.0..8000.0).contains(&patch), "{patch} mm²");
+    screenshot(&mut window, "thickness-patch.png");
+}

@@ -29,6 +29,8 @@ pub enum Command {
     Redo,
     /// Remove the selected difference ray.
     ClearRay,
+    /// The map of thickness.
+    Thickness,
     /// What a click does.
     Take(Tool),
     /// The whole of the scans from a side.
@@ -79,6 +81,7 @@ const MENUS: [(&str, &[Entry]); 4] = [
             (Command::Take(Tool::Normal), "Ray along the normal", &[(NONE, Key::N)]),
             (Command::Take(Tool::Points), "Ray through two points", &[(NONE, Key::T)]),
             (Command::Take(Tool::Landmark), "Landmark", &[(NONE, Key::L)]),
+            (Command::Thickness, "Thickness map…", &[]),
         ],
     ),
     (

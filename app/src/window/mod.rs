@@ -25,9 +25,11 @@ mod probe_panel;
 mod series;
 mod shells;
 mod theme;
+mod thickness_panel;
 mod transfer_editor;
 mod view;
 
+use crate::compare::Compare;
 use crate::input::{Opened, Source};
 use bregma_measure::DifferenceRay;
 use bregma_renderer::{Integrator, Mode, Picture, Scene, Solver};
@@ -44,6 +46,7 @@ use notices::Notices;
 use painter::Painter;
 use std::path::PathBuf;
 use std::sync::Arc;
+use thickness_panel::ThicknessPanel;
 use view::View;
 
 /// What the window begins with.
@@ -85,6 +88,7 @@ pub struct Workstation {
     dialog: Option<Dialog>,
     notices: Notices,
     chart: ChartPanel,
+    thickness: ThicknessPanel,
 }
 
 impl Workstation {
@@ -100,7 +104,8 @@ impl Workstation {
         let history = History::new(&work);
         let painter = Painter::new(&cc.egui_ctx);
         let (view, notices, chart) = (View::default(), Notices::default(), ChartPanel::default());
-        Self { work, history, found: vec![], hovered_mm: None, view, painter, loading, dialog: None, notices, chart }
+        let thickness = ThicknessPanel::default();
+        Self { work, history, found: vec![], hovered_mm: None, view, painter, loading, dialog: None, notices, chart, thickness }
     }
 
     /// Scans are on their way in.
@@ -144,8 +149,13 @@ impl Workstation {
     }
 
     /// How scans are compared.
-    pub fn compare(&self) -> crate::compare::Compare {
+    pub fn compare(&self) -> Compare {
         self.view.compare
+    }
+
+    /// The statistics of the finished map of thickness.
+    pub fn thickness(&self) -> Option<&bregma_measure::thickness::Statistics> {
+        self.thickness.coat().map(|coat| &coat.map.statistics)
     }
 
     /// The landmarks that were set.
@@ -181,6 +191,9 @@ impl Workstation {
             None => {}
         }
         if let Err(text) = self.chart.poll(&self.work.opened.volumes) {
+            self.notices.error(text);
+        }
+        if let Err(text) = self.thickness.poll() {
             self.notices.error(text);
         }
         if let Some(text) = self.painter.notice() {
@@ -222,7 +235,11 @@ impl Workstation {
             Ask::Open | Ask::OpenFolder => return self.load(ctx, paths, false),
             Ask::Add | Ask::AddFolder => return self.load(ctx, paths, true),
             Ask::Session => files::save_session(&paths[0], &self.work, &self.found),
-            Ask::Picture => self.picture().map_or(Err(gone("picture")), |picture| files::save_picture(&paths[0], picture)),
+            Ask::Picture => self.picture().map_or(Err(gone("picture")), |picture| {
+                let painting = self.thickness.painting(&self.work);
+                files::save_picture(&paths[0], picture, painting.as_ref().map(|(_, coat)| coat.as_ref()))
+            }),
+            Ask::Map => self.thickness.coat().map_or(Err(gone("map")), |coat| files::save_map(&paths[0], coat)),
             Ask::Rays => files::save_rays(&paths[0], &self.work, &self.found),
             Ask::Landmarks => files::save_landmarks(&paths[0], &self.work),
         };
@@ -246,7 +263,7 @@ impl Workstation {
             Command::ClearRay => !self.work.measured.rays.is_empty(),
             Command::Take(_) => !self.is_empty(),
             Command::Look(_) | Command::Projection | Command::Fit => !self.is_empty(),
-            Command::Chart => !self.is_empty(),
+            Command::Chart | Command::Thickness => !self.is_empty(),
             Command::Exact => self.work.opened.scene.solver != Solver::Exact,
             Command::Quit => true,
         }
@@ -270,6 +287,7 @@ impl Workstation {
             Command::ClearRay => self.work.measured.remove_ray(),
             Command::Take(tool) => self.view.take_tool(tool),
             Command::Chart => self.chart.open = !self.chart.open,
+            Command::Thickness => self.thickness.open = !self.thickness.open,
             Command::Exact => self.work.opened.scene.solver = Solver::Exact,
             Command::Look(side) => navigate::look_from(camera, &bounds, side),
             Command::Projection => navigate::toggle_projection(camera, &bounds),
@@ -306,7 +324,11 @@ impl Workstation {
             match self.view.show(ui, &mut self.work, &self.found, self.hovered_mm) {
                 Ok(size) => {
                     let resting = self.view.is_resting(ui.ctx());
-                    self.painter.want(&self.work.opened.volumes, &self.work.opened.scene, size, self.view.compare, resting);
+                    let (parts, coat) = match self.thickness.painting(&self.work) {
+                        Some((scene, coat)) => (vec![(scene, size)], Some(coat)),
+                        None => (self.view.compare.parts(&self.work.opened.scene, size), None),
+                    };
+                    self.painter.want(&self.work.opened.volumes, parts, self.view.compare, coat, resting);
                 }
                 Err(text) => self.notices.note(text),
             }
@@ -349,7 +371,10 @@ impl eframe::App for Workstation {
                             self.view.take_tool(tool);
                         }
                     }
-                    if self.work.opened.scene.layers.iter().filter(|l| l.visible).count() > 1 {
+                    if self.thickness.painting(&self.work).is_some() {
+                        // The map is of one scan.
+                        self.view.compare = Compare::Off;
+                    } else if self.work.opened.scene.layers.iter().filter(|l| l.visible).count() > 1 {
                         ui.separator();
                         compare_bar::show(ui, &mut self.view.compare);
                     }
@@ -400,6 +425,12 @@ impl eframe::App for Workstation {
             let size = painted.map(|p| [p.picture.width, p.picture.height].map(|n| n * p.reduction));
             let on_gpu = painted.is_some_and(|p| !p.backend.starts_with("cpu"));
             self.chart.show(&ctx, &mut self.work, size, on_gpu);
+        }
+        if self.thickness.open {
+            let wish = self.thickness.show(&ctx, &self.work);
+            if let Some(thickness_panel::Wish::Save) = wish.filter(|_| self.dialog.is_none()) {
+                self.dialog = Some(Dialog::open(&ctx, Ask::Map));
+            }
         }
         if ctx.input(|i| !i.raw.hovered_files.is_empty()) {
             drop_hint(&ctx);

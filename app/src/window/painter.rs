@@ -1,7 +1,9 @@
 //! Drawing on a thread of its own: the newest wish wins; a moving view is drawn in fewer pixels, a resting one exactly.
 
 use super::same_scans;
+use super::thickness_panel::Coat;
 use crate::compare::{Compare, Part};
+use crate::thickness::paint;
 use bregma_renderer::{CpuRenderer, GpuRenderer, Picture, RenderError, Renderer, Scene};
 use bregma_volume::Volume;
 use egui::{Color32, ColorImage, Context};
@@ -14,11 +16,13 @@ struct Wish {
     volumes: Vec<Arc<Volume>>,
     parts: Vec<Part>,
     compare: Compare,
+    coat: Option<Arc<Coat>>,
 }
 
 impl Wish {
-    fn same(&self, volumes: &[Arc<Volume>], parts: &[Part]) -> bool {
-        same_scans(&self.volumes, volumes) && self.parts == parts
+    fn same(&self, volumes: &[Arc<Volume>], parts: &[Part], coat: Option<&Arc<Coat>>) -> bool {
+        let same_coat = self.coat.as_ref().map(Arc::as_ptr) == coat.map(Arc::as_ptr);
+        same_coat && same_scans(&self.volumes, volumes) && self.parts == parts
     }
 }
 
@@ -84,13 +88,12 @@ impl Painter {
         Self { shared, wish: None, number: 0, answered: 0, exact: false }
     }
 
-    /// Says what should be seen, and how its scans are compared. Asks for a quick picture when it changed, and for the exact one once it rests.
-    pub fn want(&mut self, volumes: &[Arc<Volume>], scene: &Scene, size: [u32; 2], compare: Compare, resting: bool) {
-        let parts = compare.parts(scene, size);
-        let same = self.wish.as_ref().is_some_and(|w| w.same(volumes, &parts));
+    /// Says what should be seen: the pictures, how they are compared, and what the first is painted with. Asks for a quick picture when it changed, and for the exact one once it rests.
+    pub fn want(&mut self, volumes: &[Arc<Volume>], parts: Vec<Part>, compare: Compare, coat: Option<Arc<Coat>>, resting: bool) {
+        let same = self.wish.as_ref().is_some_and(|w| w.same(volumes, &parts, coat.as_ref()));
         let wish = match self.wish.take() {
             Some(wish) if same => wish,
-            _ => Wish { volumes: volumes.to_vec(), parts, compare },
+            _ => Wish { volumes: volumes.to_vec(), parts, compare, coat },
         };
         if !same || (resting && !self.exact && self.answered == self.number) {
             self.number += 1;
@@ -186,6 +189,9 @@ impl Worker {
         let begun = Instant::now();
         let parts = wish.parts.iter().map(|(scene, size)| self.draw(shared, wish, scene, size.map(|n| n.div_ceil(reduction))));
         let mut parts = parts.collect::<Result<Vec<_>, _>>()?;
+        if let (Some(coat), Some(picture), Some((scene, _))) = (&wish.coat, parts.first_mut(), wish.parts.first()) {
+            paint(picture, scene, &coat.map.surface, &coat.map.mesh, &coat.map.values, &coat.scale);
+        }
         let compare = wish.compare.reduced(reduction);
         let none = RenderError::NoPixels { width: 0, height: 0 };
         let picture = if parts.len() == 1 { parts.pop() } else { compare.join(&parts, 0.0) }.ok_or(none)?;
