@@ -933,3 +933,57 @@ fn a_map_of_thickness_is_measured_painted_and_dropped() {
     assert!((500.0..8000.0).contains(&patch), "{patch} mm²");
     screenshot(&mut window, "thickness-patch.png");
 }
+
+#[test]
+fn a_ray_by_numbers_its_curve_and_a_selection_that_is_no_step() {
+    // Fails if the ray is another than the one that was typed, the curve cannot be asked for, or undo stops at a click in the list.
+    let file = ball("numbers", 24);
+    let mut window = open(Start::Files(vec![bregma::input::Source { file: file.clone(), ..Default::default() }]));
+    wait(&mut window, "the scan", |w| !w.is_loading());
+    settle(&mut window);
+    window.get_by_label("Measure").click();
+    window.run_steps(2);
+    window.get_by_label_contains("Ray by numbers").click();
+    window.run_steps(3);
+    let type_point = |window: &mut Window, of: &str, point: [f64; 3]| {
+        for (axis, value) in ["x", "y", "z"].into_iter().zip(point) {
+            window.get_by_role_and_label(Role::SpinButton, &format!("{axis} of the {of}")).set_value_accesskit(value);
+            window.run_steps(1);
+        }
+    };
+    type_point(&mut window, "origin of the ray", [11.5, -20.0, 11.5]);
+    type_point(&mut window, "point that the ray goes toward", [11.5, -20.0, 11.5]);
+    window.run_steps(2);
+    assert!(window.get_by_label("Cast").accesskit_node().is_disabled(), "a ray without direction is none");
+    type_point(&mut window, "point that the ray goes toward", [11.5, 0.0, 11.5]);
+    window.run_steps(2);
+    window.get_by_label("Cast").click();
+    window.run_steps(3);
+    let ray = window.state().difference_ray().expect("the ray").clone();
+    assert_eq!((ray.ray.origin_mm, ray.ray.direction), ([11.5, -20.0, 11.5], [0.0, 1.0, 0.0]));
+    let bone = &ray.volumes[0].segments[0];
+    assert!((bone.length_mm - 18.4).abs() < 1.0, "{}", bone.length_mm);
+
+    window.get_by_role_and_label(Role::RadioButton, "along").click();
+    window.run_steps(2);
+    type_point(&mut window, "direction of the ray", [0.0, 1.0, 0.2]);
+    window.get_by_label("Cast").click();
+    window.run_steps(3);
+    assert_ne!(window.state().difference_ray().unwrap().volumes, ray.volumes);
+    window.get_by_label("Close").click();
+    window.run_steps(2);
+    assert!(window.query_by_label("Cast").is_none());
+
+    // A look at another ray is no step: undo takes back the second ray.
+    window.get_by_label("Ray 1").click();
+    window.run_steps(3);
+    assert_eq!(window.state().difference_ray().unwrap().volumes, ray.volumes);
+    window.get_by_label("Length against the isovalue").click();
+    window.run_steps(3);
+    window.get_by_label("Curve of length against isovalue");
+    screenshot(&mut window, "curve.png");
+    undo(&mut window);
+    assert!(window.query_by_label("Delete Ray 2").is_none() && window.query_by_label("Delete Ray 1").is_some());
+    assert_eq!(window.state().difference_ray().unwrap().volumes, ray.volumes);
+    std::fs::remove_file(&file).unwrap();
+}

@@ -207,7 +207,7 @@ fn which(ui: &mut Ui, number: usize, clip: &mut Clip, volumes: &[Arc<Volume>]) {
 }
 
 /// Three numbers in a line.
-fn vector(ui: &mut Ui, label: &str, name: &str, value: &mut DVec3, speed: f64) {
+pub fn vector(ui: &mut Ui, label: &str, name: &str, value: &mut DVec3, speed: f64) {
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
         ui.weak(label);

@@ -64,6 +64,11 @@ impl Tool {
 const COLORS: [[f32; 3]; 5] = [[1.0, 0.84, 0.31], [0.9, 0.62, 0.0], [0.34, 0.71, 0.91], [0.0, 0.62, 0.45], [0.84, 0.37, 0.0]];
 
 impl Measured {
+    /// Equal but for which ray is selected, which is no work.
+    pub fn same(&self, other: &Self) -> bool {
+        self.rays == other.rays && self.landmarks == other.landmarks
+    }
+
     /// What a session brought, taken out of it.
     pub fn of(opened: &mut Opened) -> Self {
         let mut measured = Self { landmarks: std::mem::take(&mut opened.landmarks), ..Self::default() };

@@ -22,10 +22,12 @@ mod navigate;
 mod notices;
 mod painter;
 mod probe_panel;
+mod ray_form;
 mod series;
 mod shells;
 mod theme;
 mod thickness_panel;
+mod threshold_curve;
 mod transfer_editor;
 mod view;
 
@@ -44,6 +46,7 @@ use measured::{Measured, Tool};
 use menu::Command;
 use notices::Notices;
 use painter::Painter;
+use ray_form::RayForm;
 use std::path::PathBuf;
 use std::sync::Arc;
 use thickness_panel::ThicknessPanel;
@@ -89,6 +92,7 @@ pub struct Workstation {
     notices: Notices,
     chart: ChartPanel,
     thickness: ThicknessPanel,
+    form: RayForm,
 }
 
 impl Workstation {
@@ -105,7 +109,20 @@ impl Workstation {
         let painter = Painter::new(&cc.egui_ctx);
         let (view, notices, chart) = (View::default(), Notices::default(), ChartPanel::default());
         let thickness = ThicknessPanel::default();
-        Self { work, history, found: vec![], hovered_mm: None, view, painter, loading, dialog: None, notices, chart, thickness }
+        Self {
+            work,
+            history,
+            found: vec![],
+            hovered_mm: None,
+            view,
+            painter,
+            loading,
+            dialog: None,
+            notices,
+            chart,
+            thickness,
+            form: RayForm::default(),
+        }
     }
 
     /// Scans are on their way in.
@@ -263,7 +280,7 @@ impl Workstation {
             Command::ClearRay => !self.work.measured.rays.is_empty(),
             Command::Take(_) => !self.is_empty(),
             Command::Look(_) | Command::Projection | Command::Fit => !self.is_empty(),
-            Command::Chart | Command::Thickness => !self.is_empty(),
+            Command::Chart | Command::Thickness | Command::Numbers => !self.is_empty(),
             Command::Exact => self.work.opened.scene.solver != Solver::Exact,
             Command::Quit => true,
         }
@@ -287,6 +304,10 @@ impl Workstation {
             Command::ClearRay => self.work.measured.remove_ray(),
             Command::Take(tool) => self.view.take_tool(tool),
             Command::Chart => self.chart.open = !self.chart.open,
+            Command::Numbers => {
+                let measured = &self.work.measured;
+                self.form.begin(measured.rays.get(measured.selected).map(|named| &named.ray), camera);
+            }
             Command::Thickness => self.thickness.open = !self.thickness.open,
             Command::Exact => self.work.opened.scene.solver = Solver::Exact,
             Command::Look(side) => navigate::look_from(camera, &bounds, side),
@@ -406,10 +427,10 @@ impl eframe::App for Workstation {
         }
         self.hovered_mm = None;
         let measured = &mut self.work.measured;
-        if !(measured.rays.is_empty() && measured.landmarks.is_empty()) {
+        if !(measured.rays.is_empty() && measured.landmarks.is_empty()) || self.form.open {
             let wish = Panel::bottom("ray").resizable(true).default_size(260.0).size_range(110.0..=640.0).show(ui, |ui| {
                 ui.add_space(4.0);
-                probe_panel::show(ui, measured, &self.found, &mut self.hovered_mm)
+                probe_panel::show(ui, measured, &mut self.form, &mut self.found, &mut self.hovered_mm)
             });
             if let Some(wish) = wish.inner.filter(|_| self.dialog.is_none()) {
                 let ask = if wish == probe_panel::Wish::SaveRays { Ask::Rays } else { Ask::Landmarks };
