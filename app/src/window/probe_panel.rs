@@ -163,7 +163,7 @@ fn selected(ui: &mut Ui, found: &mut Found, hovered_mm: &mut Option<f64>) {
 /// Whether the curve of length against isovalue is asked for, and of which bone, from 1.
 fn curve_switch(ui: &mut Ui, found: &Found) -> Option<usize> {
     let count = found.volumes().map(|(v, _)| v.segments.len()).max().filter(|count| *count > 0)?;
-    let id = Id::new("length against isovalue");
+    let id = Id::unique("length against isovalue");
     let (mut open, mut bone): (bool, usize) = ui.data(|d| d.get_temp(id)).unwrap_or((false, 1));
     bone = bone.clamp(1, count);
     if open {
