@@ -9,7 +9,8 @@ Every figure is the median wall time of a whole frame in ms over the orbit of `b
 is timed before and after each peer, and the ratio is taken with the mean of the two, so that a machine that slows down does so for both.
 
 Peers: Mitsuba 3's `sdfgrid` (an exact CPU ray tracer; bare intersection, no shading), VTK's CPU mapper (steps of half a voxel), VTK's surface
-extraction drawn as a mesh (extraction not counted), and VTK's GPU mapper in isosurface mode (its default step), on whatever driver there is.
+extraction drawn as a mesh (extraction not counted), VTK's GPU mapper in isosurface mode (its default step), on whatever driver there is, and
+both mappers against this program's direct volume rendering: with the same ramp of opacity, steps of half a voxel, and shading by gradients.
 """
 import argparse
 import glob
@@ -18,9 +19,11 @@ import multiprocessing
 import os
 import statistics
 import subprocess
+import tempfile
 import time
 
 FOV_DEG, ELEVATION_DEG = 30.0, 15.0
+RAMP = 0.03  # of the range, to either side of the isovalue: from clear to opaque
 
 
 def load(scan):
@@ -91,11 +94,12 @@ def vtk_frames(kind, scan, iso, size, frames):
             prop.GetIsoSurfaceValues().SetValue(0, iso)
             opacity.AddPoint(low, 1)
         else:
-            mapper = vtk.vtkFixedPointVolumeRayCastMapper()
+            mapper = vtk.vtkGPUVolumeRayCastMapper() if kind == "vtk-dvr-gpu" else vtk.vtkFixedPointVolumeRayCastMapper()
             mapper.AutoAdjustSampleDistancesOff()
             mapper.SetSampleDistance(float(spacing.min()) / 2)
-            mapper.SetImageSampleDistance(1)
-            ramp = 0.03 * (high - low)
+            if kind != "vtk-dvr-gpu":
+                mapper.SetImageSampleDistance(1)
+            ramp = RAMP * (high - low)
             for value, alpha in ((low, 0), (iso - ramp, 0), (iso + ramp, 1), (high, 1)):
                 opacity.AddPoint(value, alpha)
         mapper.SetInputData(image)
@@ -179,14 +183,37 @@ def peer_ms(work, *args):
     return result
 
 
-def bregma_ms(program, backend, scan, iso, size, frames):
+def transfer_of(scan, iso, folder):
+    """The ramp as a file of this program's, whose extinction, not opacity, is linear between points: so with many of them."""
+    samples, _ = load(scan)
+    low, high = float(samples.min()), float(samples.max())
+    ramp, parts = RAMP * (high - low), 32
+    points = [{"value": iso - ramp + 2 * ramp * n / parts, "color": "ffffff", "opacity": n / parts} for n in range(parts + 1)]
+    file = os.path.join(folder, "ramp.json")
+    with open(file, "w") as out:
+        json.dump({"name": "ramp", "over_mm": 1.0, "points": points}, out)
+    return file
+
+
+def bregma_ms(program, mode, backend, scan, iso, size, frames):
     command = [program, "bench", scan, "--iso", str(iso), "--backend", backend, "--size", str(size), "--frames", str(frames), "--json"]
-    record = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+    with tempfile.TemporaryDirectory() as folder:
+        if mode == "dvr":
+            command += ["--mode", "dvr", "--integrator", "steps:2", "--transfer", transfer_of(scan, iso, folder)]
+        done = subprocess.run(command, check=True, capture_output=True, text=True)
+    record = json.loads(done.stdout)
     return record["median_ms"], record["adapter"]
 
 
-# Peer, what times it, the backend it is compared with, and how many times faster this program wants to be.
-PEERS = [("mitsuba", mitsuba_frames, "cpu", 4), ("vtk-cpu", vtk_frames, "cpu", 10), ("vtk-mesh", vtk_frames, "cpu", 8), ("vtk-gpu", vtk_frames, "gpu", 20)]
+# Peer, what times it, the mode and the backend it is compared with, and how many times faster this program wants to be.
+PEERS = [
+    ("mitsuba", mitsuba_frames, "iso", "cpu", 4),
+    ("vtk-cpu", vtk_frames, "iso", "cpu", 10),
+    ("vtk-mesh", vtk_frames, "iso", "cpu", 8),
+    ("vtk-gpu", vtk_frames, "iso", "gpu", 20),
+    ("vtk-dvr-cpu", vtk_frames, "dvr", "cpu", 5),
+    ("vtk-dvr-gpu", vtk_frames, "dvr", "gpu", 15),
+]
 
 
 def main():
@@ -201,12 +228,12 @@ def main():
     adapters = {}
     for scan, iso in (text.rsplit(":", 1) for text in args.scans):
         case = (scan, float(iso), args.size, args.frames)
-        for name, work, backend, wanted in PEERS:
+        for name, work, mode, backend, wanted in PEERS:
             if name not in args.peers:
                 continue
-            before, adapters[backend] = bregma_ms(args.program, backend, *case)
+            before, adapters[backend] = bregma_ms(args.program, mode, backend, *case)
             theirs = peer_ms(work, name, *case)
-            ours = (before + bregma_ms(args.program, backend, *case)[0]) / 2
+            ours = (before + bregma_ms(args.program, mode, backend, *case)[0]) / 2
             figure = "failed | {:.1f} | {} | | {}".format(ours, backend, wanted)
             if theirs is not None:
                 figure = f"{theirs:.1f} | {ours:.1f} | {backend} | {theirs / ours:.1f} | {wanted}"

@@ -53,6 +53,8 @@ pub(crate) struct FrameLayer {
     pub gradient_factors: Vec<[f32; 2]>,
     /// Whether cuts show its values where there is no bone, too.
     pub shows_faces: bool,
+    /// Whether more is asked of the interpolant along a ray than its values at some points.
+    pub needs_cubic: bool,
     /// What turns a value relative to the level into a brightness, by the window: a factor, and what is added.
     pub brightness: [f32; 2],
     /// The value of air, which an X-ray does not show.
@@ -170,6 +172,7 @@ impl Frame {
                 gradient_factors: shown.gradient_factors,
                 inner: scene.layers[index].inner_color.map(Color::linear),
                 shows_faces,
+                needs_cubic: shows_faces || scene.integrator == Integrator::Exact || scene.is_transparent(),
                 brightness: [slope / width_of_window, (value_at_level - window.level) / width_of_window + 0.5].map(|v| v as f32),
                 air: if surface.volume.unit() == Unit::Hounsfield { AIR_HU } else { surface.volume.range()[0] },
                 value_scale: slope,

@@ -95,6 +95,13 @@ fn along(v: &Volume, transform: DAffine3, ray: &Ray, part_mm: f64) -> (Vec<f64>,
     ((0..count as usize).map(|n| from + (n as f64 + 0.5) * part).collect(), part)
 }
 
+/// Where a ray passes from cell to cell.
+fn faces(v: &Volume, transform: DAffine3, ray: &Ray) -> Vec<f64> {
+    let grid = v.grid().moved(transform).unwrap();
+    let (o, d) = (grid.index(ray.origin).0, grid.world_to_index().transform_vector3(ray.direction));
+    (0..3).flat_map(|a| (0..grid.dims()[a]).map(move |n| (n as f64 - o[a]) / d[a])).filter(|t| t.is_finite()).collect()
+}
+
 /// Compares a projection's values with a quadrature at some pixels; the largest relative difference, and of the maximum that to the range.
 fn check_projection(volumes: &[Arc<Volume>], scene: &Scene, renderer: &mut dyn Renderer, part_voxel: f64, pixels: usize) -> f64 {
     let (w, h) = (96, 80);
@@ -119,7 +126,10 @@ fn check_projection(volumes: &[Arc<Volume>], scene: &Scene, renderer: &mut dyn R
             let (value, gradient) = interpolant(v, layer.transform, ray.at(*t).0).unwrap_or((f64::NAN, DVec3::NAN));
             if scene.of_gradient { gradient.length() } else { value }
         };
-        let values: Vec<f64> = points.iter().map(of).filter(|v| !v.is_nan()).collect();
+        // The largest may be a kink at a cell's face, which no even points meet.
+        let faces = if scene.mode == Mode::Max { faces(v, layer.transform, &ray) } else { vec![] };
+        let within = faces.iter().filter(|t| (points[0] - part..points[points.len() - 1] + part).contains(t));
+        let values: Vec<f64> = points.iter().chain(within).map(of).filter(|v| !v.is_nan()).collect();
         let mean = values.iter().sum::<f64>() / values.len() as f64;
         let off = match scene.mode {
             Mode::Max => (values.iter().copied().fold(f64::MIN, f64::max) - found).abs() / scale,
@@ -248,7 +258,7 @@ fn the_exact_integral_is_the_quadratures() {
     let pictures = [CpuRenderer::default().render(&volumes, &scene, w, h).unwrap(), gpu().render(&volumes, &scene, w, h).unwrap()];
     let mut random = Random(1);
     let (mut worst, mut lit) = ([0.0_f32; 2], 0);
-    for _ in 0..60 {
+    for _ in 0..150 {
         let (x, y) = ((random.unit() * f64::from(w)) as u32, (random.unit() * f64::from(h)) as u32);
         let truth = quadrature(&volumes, &scene, &scene.camera.ray(f64::from(x), f64::from(y), w, h));
         lit += usize::from(truth.max_element() > 0.05);
@@ -461,7 +471,8 @@ fn both_backends_draw_every_mode_alike() {
         println!("{name}, {} cuts, {:?}: {differ} of {} pixels differ, {drawn} drawn", scene.clips.len(), scene.mode, a.rgba.len());
         assert!(differ <= 4 && drawn > a.rgba.len() / 40, "{name}");
         let values = a.values.iter().zip(&b.values).filter(|(a, b)| (**a - **b).abs() > 1e-3 * a.abs().max(1.0)).count();
-        assert!(values == 0 && a.values.len() == b.values.len(), "{name}: {values} values differ");
+        // A ray that only touches the edge of a box or of a cut may be taken for a miss by one of them.
+        assert!(values <= 4 && a.values.len() == b.values.len(), "{name}: {values} values differ");
     }
     println!("{unlike} of {pixels} pixels differ by more than 2/255");
     assert!(unlike * 10_000 <= pixels);
@@ -513,4 +524,54 @@ fn presets_and_tables_that_cannot_be_are_refused_by_name() {
     let error = bregma::presets::find("no-such-look").unwrap_err().to_string();
     assert!(error.contains("no-such-look") && error.contains("bone"), "{error}");
     assert!(bregma::presets::find(Path::new("skin-and-bone").to_str().unwrap()).is_ok());
+}
+
+#[test]
+fn normals_against_the_phantoms_own() {
+    // Fails if a shading gradient is not what its name says. Central differences over a voxel to either side of a point are the interpolated
+    // differences of the samples, so that these two are one method.
+    let skull = Arc::new(bregma_synthetic::skull(bregma_synthetic::Which::A, 160, &Progress::default()).unwrap());
+    let field = bregma_synthetic::Skull::new(bregma_synthetic::Which::A);
+    let volumes = [skull];
+    let mut scene = scene_of(&volumes, Mode::Iso);
+    scene.layers[0].iso = 300.0;
+    let (_, surface) = scene.surfaces(&volumes).unwrap().remove(0);
+    let (mut analytic, mut smooth) = (vec![], vec![]);
+    for n in 0..120 * 120 {
+        let ray = scene.camera.ray(f64::from(n % 120), f64::from(n / 120), 120, 120);
+        let Some(hit) = bregma_renderer::reference::first_entry(&surface, &ray) else { continue };
+        let p = bregma_renderer::reference::world(&surface, &hit).0;
+        let distance = |p: DVec3| bregma_synthetic::ct::Field::material(&field, p).distance_mm;
+        let slope = DVec3::from_array(DVec3::AXES.map(|a| distance(p + 0.05 * a) - distance(p - 0.05 * a)));
+        let Some(truth) = slope.try_normalize() else { continue };
+        let shading = bregma_renderer::reference::smooth_normal(&surface, hit.point).unwrap();
+        let degrees = |n: DVec3| n.dot(truth).clamp(-1.0, 1.0).acos().to_degrees();
+        analytic.push(degrees(hit.normal));
+        smooth.push(degrees(shading));
+        let value = |o: DVec3| interpolant(&volumes[0], DAffine3::IDENTITY, volumes[0].grid().world(IndexPoint(hit.point.0 + o)).0);
+        let differences = DVec3::AXES.map(|a| Some(value(a)?.0 - value(-a)?.0));
+        if let [Some(x), Some(y), Some(z)] = differences {
+            let central = surface.grid.world_to_index().matrix3.transpose() * -DVec3::new(x, y, z);
+            assert!(central.normalize().abs_diff_eq(shading, 1e-6), "{central} is not {shading}");
+        }
+    }
+    let timed = |normals| {
+        let (mut renderer, scene) = (CpuRenderer::default(), Scene { normals, ..scene.clone() });
+        let mut frame = || {
+            let begun = std::time::Instant::now();
+            renderer.render(&volumes, &scene, 512, 512).unwrap();
+            begun.elapsed().as_secs_f64() * 1e3
+        };
+        (0..12).map(|_| frame()).fold(f64::INFINITY, f64::min)
+    };
+    let times = [timed(Normals::Analytic), timed(Normals::Smooth)];
+    let quantile = |all: &mut Vec<f64>, part: f64| {
+        all.sort_by(f64::total_cmp);
+        all[((all.len() - 1) as f64 * part) as usize]
+    };
+    for (name, all, ms) in [("analytic", &mut analytic, times[0]), ("smooth", &mut smooth, times[1])] {
+        let [half, most] = [0.5, 0.95].map(|part| quantile(all, part));
+        println!("{name}: {half:.2}° off in the middle, {most:.1}° at 95 % of {} points; {ms:.1} ms a frame of 512² on cpu", all.len());
+    }
+    assert!(analytic.len() > 2000 && quantile(&mut smooth, 0.5) < quantile(&mut analytic, 0.5));
 }

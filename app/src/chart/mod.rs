@@ -3,6 +3,7 @@
 //! The chart is a value: the command line writes it ([`table`], [`plot`]), the window shows it and lets points be clicked.
 
 pub mod errors;
+pub mod integrals;
 pub mod plot;
 pub mod table;
 

@@ -12,7 +12,7 @@ use std::sync::Once;
 /// Width and height of the figure, in its own units.
 pub const SIZE: (u32, u32) = (1500, 720);
 /// Pixels of the PNG for each unit: 300 dots an inch at 25 cm.
-const PNG_SCALE: u32 = 2;
+pub(crate) const PNG_SCALE: u32 = 2;
 
 /// The figure as SVG.
 pub fn svg(chart: &Chart) -> Result<String, Box<dyn Error>> {

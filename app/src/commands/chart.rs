@@ -2,12 +2,13 @@
 
 use super::{CommandError, make_folder, open, print, set_each, with_progress};
 use crate::args::{Backend, ChartArgs};
-use crate::chart::{Chart, Plan, errors, orbit, plot, table};
+use crate::chart::{Chart, Plan, errors, integrals, orbit, plot, table};
 use crate::input::{DEMO_SIZE, Opened};
 use crate::output::{write_figure, write_whole};
 use bregma_renderer::{CpuRenderer, GpuRenderer, RenderError, Renderer};
 
-/// Measures every solver over the orbit and writes chart.csv, chart.svg, chart.png and errors/SOLVER-BACKEND.png. Both backends take
+/// Measures every solver over the orbit and writes chart.csv, chart.svg, chart.png and errors/SOLVER-BACKEND.png; and the integrators of direct
+/// volume rendering, with the layers' transfer functions, to integrals.csv, integrals.svg and integrals.png. Both backends take
 /// part where both are there, even a software driver, unless `--backend` names one.
 pub fn chart(args: &ChartArgs, backend: Backend) -> Result<(), CommandError> {
     let opened = if args.sources.0.is_empty() {
@@ -30,7 +31,14 @@ pub fn chart(args: &ChartArgs, backend: Backend) -> Result<(), CommandError> {
         let figure = errors::figure(&point.errors, args.size, &name.replace('-', ", ")).map_err(unplotted)?;
         write_figure(&args.out.join("errors").join(name.replace(':', "-") + ".png"), figure)?;
     }
-    print(&format!("{}{}: chart.csv, chart.svg, chart.png, errors\n", table::text(&chart), args.out.display()))
+    let dvr = |progress: &_| integrals::measure(&opened.volumes, &opened.scene, &plan, &mut machines, progress);
+    let integrals = with_progress("integrating", dvr)?;
+    let csv = integrals::csv(&integrals);
+    write_whole(&args.out.join("integrals.csv"), csv.as_bytes())?;
+    write_whole(&args.out.join("integrals.svg"), integrals::svg(&integrals).map_err(unplotted)?.as_bytes())?;
+    write_figure(&args.out.join("integrals.png"), integrals::pixels(&integrals).map_err(unplotted)?)?;
+    let files = "chart.csv, chart.svg, chart.png, errors, integrals.csv, integrals.svg, integrals.png";
+    print(&format!("{}\n{csv}\n{}: {files}\n", table::text(&chart), args.out.display()))
 }
 
 fn machines(backend: Backend) -> Result<Vec<Box<dyn Renderer>>, CommandError> {

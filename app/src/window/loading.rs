@@ -27,7 +27,7 @@ enum State {
 /// What a reading ends in.
 #[derive(Debug)]
 enum Read {
-    Opened(Opened),
+    Opened(Box<Opened>),
     Ask(Question),
 }
 
@@ -58,7 +58,7 @@ impl Loading {
             let mut opened = Opened::demo(DEMO_SIZE, progress)?;
             // The two differ in few places: over most of the bone their surfaces coincide, and neither is the nearer one.
             opened.scene.mode = Mode::Overlay;
-            Ok(Read::Opened(opened))
+            Ok(Read::Opened(Box::new(opened)))
         };
         Self { state: State::Reading(Job::start(ctx, "Making the demo pair".into(), make)), adds: false }
     }
@@ -74,7 +74,7 @@ impl Loading {
     pub fn poll(&mut self) -> Option<Result<Opened, String>> {
         let State::Reading(job) = &self.state else { return None };
         match job.poll()? {
-            Ok(Read::Opened(opened)) => Some(Ok(opened)),
+            Ok(Read::Opened(opened)) => Some(Ok(*opened)),
             Ok(Read::Ask(question)) => {
                 self.state = State::Asking(question);
                 None
@@ -122,7 +122,7 @@ fn read(sources: Vec<Source>, progress: &Progress) -> Result<Read, InputError> {
         Err(error) => Err(error),
     };
     let error = match result {
-        Ok(opened) => return Ok(Read::Opened(opened)),
+        Ok(opened) => return Ok(Read::Opened(Box::new(opened))),
         Err(InputError::Scan(error)) => error,
         Err(error) => return Err(error),
     };

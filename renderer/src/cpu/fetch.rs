@@ -34,27 +34,46 @@ impl Source<'_> {
     /// Gradient at a point of a cell, in index space: central differences at the corners, interpolated. It is
     /// continuous from cell to cell, which the interpolant's own gradient is not; at the grid's faces it is one-sided.
     #[inline(always)]
-    pub fn smooth_gradient<S: Simd>(self, simd: S, dims: [i32; 3], cell: &[Ints<S>; 3], local: &Vecs<S>, of: Mask<S>) -> Vecs<S> {
+    pub fn smooth_gradient<S: Simd>(
+        self,
+        simd: S,
+        dims: [i32; 3],
+        cell: &[Ints<S>; 3],
+        local: &Vecs<S>,
+        of: Mask<S>,
+        around: &mut Around<S>,
+    ) -> Vecs<S> {
         // Compiled by itself and called, from each mode.
         simd.vectorize(
             #[inline(always)]
-            || self.differences(simd, dims, cell, local, of),
+            || self.differences(simd, dims, cell, local, of, around),
         )
     }
 
     #[inline(always)]
-    fn differences<S: Simd>(self, simd: S, dims: [i32; 3], cell: &[Ints<S>; 3], local: &Vecs<S>, of: Mask<S>) -> Vecs<S> {
+    fn differences<S: Simd>(
+        self,
+        simd: S,
+        dims: [i32; 3],
+        cell: &[Ints<S>; 3],
+        local: &Vecs<S>,
+        of: Mask<S>,
+        around: &mut Around<S>,
+    ) -> Vecs<S> {
         let zero = Floats::splat(simd, 0.0);
         let Self::Samples(samples) = self else { return [zero; 3] };
-        // Around a cell 4 samples along each axis, where the grid has them, but not the corners of that block.
-        let mut v = [[[[0.0; LANES]; 4]; 4]; 4];
-        let cells = cell.map(Ints::to_array);
-        with_samples!(samples, samples => {
-            for lane in numbers(of) {
-                let at = [cells[0][lane], cells[1][lane], cells[2][lane]];
-                surroundings(samples, dims, at, |[x, y, z], value| v[z][y][x][lane] = value);
-            }
-        });
+        let new = of & !around.known;
+        let v = &mut around.samples;
+        if new.any_true() {
+            let cells = cell.map(Ints::to_array);
+            with_samples!(samples, samples => {
+                for lane in numbers(new) {
+                    let at = [cells[0][lane], cells[1][lane], cells[2][lane]];
+                    surroundings(samples, dims, at, |[x, y, z], value| v[z][y][x][lane] = value);
+                }
+            });
+            around.known |= new;
+        }
         let [x, y, z] = *local;
         // What each column of samples along an axis is at the point's other two coordinates.
         let at = |x: usize, y: usize, z: usize| &v[z][y][x];
@@ -70,6 +89,21 @@ impl Source<'_> {
             let (first, last) = (cell[a].simd_eq(0), cell[a].simd_eq(dims[a] - 2));
             mix((g[2] - g[0]) * first.select(one, half), (g[3] - g[1]) * last.select(one, half), local[a])
         })
+    }
+}
+
+/// The samples around cells: 4 along each axis, where the grid has them, but not the corners of that block. Several points of a cell are
+/// interpolated from the same.
+pub(super) struct Around<S: Simd> {
+    samples: [[[[f32; LANES]; 4]; 4]; 4],
+    /// In which lanes they are read.
+    pub known: Mask<S>,
+}
+
+impl<S: Simd> Around<S> {
+    #[inline(always)]
+    pub fn unknown(simd: S) -> Self {
+        Self { samples: [[[[0.0; LANES]; 4]; 4]; 4], known: Mask::splat(simd, false) }
     }
 }
 

@@ -5,9 +5,9 @@
 
 use super::cells::{self, Crossing};
 use super::cuts::{Kept, kept};
-use super::fetch::Source;
+use super::fetch::{Around, Source};
 use super::walk::{Field, Lines, Part, Walk};
-use super::{Pixels, field_of};
+use super::{Pixels, View, field_of};
 use crate::frame::{Frame, FrameLayer};
 use crate::lanes::{Floats, Ints, Mask, Vecs, axes, lerp};
 use crate::roots::bernstein::bernstein;
@@ -29,9 +29,12 @@ pub(super) struct Traveller<'a, S: Simd> {
     pub fresh: Mask<S>,
     /// The cell, and the interpolant on the way through it.
     pub cell: Crossing<S>,
+    /// Where the layer needs it.
     pub cubic: [Floats<S>; 4],
     /// How many of the layer's levels lie at or below the value here: what is kept from cell to cell, so that no crossing falls between.
     pub above: Ints<S>,
+    /// What lies around the cell.
+    around: Around<S>,
 }
 
 /// Depths between which the cells stay the same.
@@ -79,7 +82,20 @@ pub(super) fn march<'a, S: Simd>(
         let part = Part { begin: kept.begin, s_min: splat(s_min), s_max };
         let (walk, open) = field.begin(simd, lines, &part, pixels.inside);
         let (cell, cubic, above) = (Crossing::nowhere(simd), [splat(0.0); 4], Ints::splat(simd, 0));
-        travellers.push(Traveller { layer, field, kept, walk, s_max, open, has: none, fresh: none, cell, cubic, above });
+        travellers.push(Traveller {
+            layer,
+            field,
+            kept,
+            walk,
+            s_max,
+            open,
+            has: none,
+            fresh: none,
+            cell,
+            cubic,
+            above,
+            around: Around::unknown(simd),
+        });
     }
     let mut done = none;
     let mut here = splat(0.0);
@@ -127,11 +143,14 @@ impl<S: Simd> Traveller<'_, S> {
         if arrived.any_true() {
             let new = cell.until(self.s_max);
             self.cell.take(&new, arrived);
-            let cubic = bernstein(&new.f, &new.start, &new.end);
-            self.cubic = std::array::from_fn(
-                #[inline(always)]
-                |n| arrived.select(cubic[n], self.cubic[n]),
-            );
+            if self.layer.needs_cubic {
+                let cubic = bernstein(&new.f, &new.start, &new.end);
+                self.cubic = std::array::from_fn(
+                    #[inline(always)]
+                    |n| arrived.select(cubic[n], self.cubic[n]),
+                );
+            }
+            self.around.known &= !arrived;
             self.has |= arrived;
             self.fresh |= arrived;
         }
@@ -159,26 +178,27 @@ impl<S: Simd> Traveller<'_, S> {
 
     /// Normals in the world at u, toward the viewer, unit; zero where there is no gradient.
     #[inline(always)]
-    pub fn normal(&self, simd: S, scene: &Scene, u: Floats<S>, of: Mask<S>) -> Vecs<S> {
+    pub fn normal(&mut self, simd: S, view: &View<'_, S>, u: Floats<S>, of: Mask<S>) -> Vecs<S> {
         simd.vectorize(
             #[inline(always)]
-            || self.shading_normal(simd, scene, u, of),
+            || self.shading_normal(simd, view.scene, u, of),
         )
     }
 
-    /// The same, but a cut's own as deep behind it as `skin`: there noise would be all that a gradient shows.
+    /// The same, but a cut's own within a step behind it: there noise would be all that a gradient shows.
     #[inline(always)]
-    pub fn normal_behind_cut(&self, simd: S, scene: &Scene, u: Floats<S>, s: Floats<S>, skin: Floats<S>, of: Mask<S>) -> Vecs<S> {
-        let normal = self.normal(simd, scene, u, of);
+    pub fn normal_behind_cut(&mut self, simd: S, view: &View<'_, S>, u: Floats<S>, s: Floats<S>, of: Mask<S>) -> Vecs<S> {
+        let normal = self.normal(simd, view, u, of);
+        let skin = view.frame.step_mm / view.mm_per_depth;
         let cut = self.kept.is_cut & (s - self.kept.begin).simd_lt(skin);
         axes!(a => cut.select(self.kept.normal[a], normal[a]))
     }
 
     #[inline(always)]
-    fn shading_normal(&self, simd: S, scene: &Scene, u: Floats<S>, of: Mask<S>) -> Vecs<S> {
+    fn shading_normal(&mut self, simd: S, scene: &Scene, u: Floats<S>, of: Mask<S>) -> Vecs<S> {
         let local = lerp(&self.cell.start, &self.cell.end, u);
         let index = match scene.normals {
-            Normals::Smooth => self.field.source.smooth_gradient(simd, self.field.dims, &self.cell.cell, &local, of),
+            Normals::Smooth => self.field.source.smooth_gradient(simd, self.field.dims, &self.cell.cell, &local, of, &mut self.around),
             Normals::Analytic => super::project::gradient(&self.cell.f, &local),
         };
         let direction = self.walk.rays.pace.direction;

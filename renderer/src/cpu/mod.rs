@@ -4,6 +4,7 @@ mod cells;
 mod cuts;
 mod dvr;
 mod fetch;
+mod gauss;
 mod march;
 mod pieces;
 mod project;
@@ -28,7 +29,7 @@ use bregma_volume::Volume;
 use cuts::{Kept, kept};
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch};
-use fetch::Source;
+use fetch::{Around, Source};
 use glam::{Vec3, Vec4};
 use march::{lines_of, march, world_lines};
 use rayon::prelude::*;
@@ -155,7 +156,7 @@ fn project_band<S: Simd>(simd: S, frame: &Frame, scene: &Scene, [width, y0]: [u3
             let part = Part { begin: kept.begin, s_min: Floats::splat(simd, s_min), s_max: Floats::splat(simd, s_max).min(kept.end) };
             let of = simd.vectorize(
                 #[inline(always)]
-                || project::project(simd, scene.mode, scene.of_gradient, layer, &field, &lines, &part, pixels.inside),
+                || project::project(simd, scene, layer, &field, &lines, &part, pixels.inside),
             );
             for lane in numbers(of.found) {
                 gathered[packet.index(lane, width) * count + n] = [of.value[lane], of.depth[lane]];
@@ -183,10 +184,10 @@ fn draw_through<S: Simd>(simd: S, frame: &Frame, scene: &Scene, band: Band<'_>) 
             continue;
         }
         let pixels = packet.pixels(simd, y0);
-        let view = View::of(simd, frame, &pixels);
+        let view = View::of(simd, frame, scene, &pixels);
         let gathered = simd.vectorize(
             #[inline(always)]
-            || gather(simd, frame, scene, &packet, &pixels, &view, y0),
+            || gather(simd, &packet, &pixels, &view, y0),
         );
         let depth = ((Doubles::splat(simd, frame.base_mm) + Doubles::of(gathered.s)) * view.length).to_floats();
         for lane in numbers(pixels.inside & gathered.color[3].simd_gt(0.0)) {
@@ -207,7 +208,8 @@ fn is_empty([s_min, s_max]: [f32; 2]) -> bool {
 
 /// What a packet's rays gather on their whole way.
 #[inline(always)]
-fn gather<S: Simd>(simd: S, frame: &Frame, scene: &Scene, packet: &Packet, pixels: &Pixels<S>, view: &View<S>, y0: u32) -> Gathered<S> {
+fn gather<S: Simd>(simd: S, packet: &Packet, pixels: &Pixels<S>, view: &View<'_, S>, y0: u32) -> Gathered<S> {
+    let View { frame, scene, .. } = *view;
     let lines: Vec<Lines<S>> = frame.layers.iter().map(|layer| lines_of(simd, layer, pixels)).collect();
     let block = [packet.x0, y0];
     let mut all = Gathered::nothing(simd);
@@ -219,7 +221,7 @@ fn gather<S: Simd>(simd: S, frame: &Frame, scene: &Scene, packet: &Packet, pixel
             block,
             &lines,
             #[inline(always)]
-            |travellers, stretch| shells::gather(simd, frame, scene, view, travellers, stretch, &mut all),
+            |travellers, stretch| shells::gather(simd, view, travellers, stretch, &mut all),
         );
         return all.filled(shells::ENOUGH);
     }
@@ -232,7 +234,7 @@ fn gather<S: Simd>(simd: S, frame: &Frame, scene: &Scene, packet: &Packet, pixel
                 block,
                 &lines,
                 #[inline(always)]
-                |travellers, stretch| dvr::gather_exactly(simd, frame, scene, view, travellers, stretch, &mut all),
+                |travellers, stretch| dvr::gather_exactly(simd, view, travellers, stretch, &mut all),
             );
             all.filled(dvr::ENOUGH_EXACTLY)
         }
@@ -248,7 +250,7 @@ fn gather<S: Simd>(simd: S, frame: &Frame, scene: &Scene, packet: &Packet, pixel
                 block,
                 &lines,
                 #[inline(always)]
-                |travellers, stretch| dvr::gather_steps(simd, frame, scene, view, travellers, stretch, &mut steps, &mut all),
+                |travellers, stretch| dvr::gather_steps(simd, view, travellers, stretch, &mut steps, &mut all),
             );
             all.filled(dvr::ENOUGH_IN_STEPS)
         }
@@ -256,7 +258,9 @@ fn gather<S: Simd>(simd: S, frame: &Frame, scene: &Scene, packet: &Packet, pixel
 }
 
 /// How a packet's pixels look into the world.
-struct View<S: Simd> {
+struct View<'a, S: Simd> {
+    frame: &'a Frame,
+    scene: &'a Scene,
     /// Unit.
     direction: Vecs<S>,
     /// Length of a ray for each mm of depth.
@@ -264,17 +268,17 @@ struct View<S: Simd> {
     mm_per_depth: Floats<S>,
 }
 
-impl<S: Simd> View<S> {
+impl<'a, S: Simd> View<'a, S> {
     #[inline(always)]
-    fn of(simd: S, frame: &Frame, pixels: &Pixels<S>) -> Self {
+    fn of(simd: S, frame: &'a Frame, scene: &'a Scene, pixels: &Pixels<S>) -> Self {
         let world = pixels.at(simd, &frame.world_rays.direction);
         let length = (world[0] * world[0] + world[1] * world[1] + world[2] * world[2]).sqrt();
-        Self { direction: normalized(&axes!(a => world[a].to_floats())), length, mm_per_depth: length.to_floats() }
+        Self { frame, scene, direction: normalized(&axes!(a => world[a].to_floats())), length, mm_per_depth: length.to_floats() }
     }
 
     /// The colours of what has a colour (linear) and a normal at depth s, without shadows.
     #[inline(always)]
-    fn lit(&self, simd: S, frame: &Frame, scene: &Scene, color: &Vecs<S>, normal: &Vecs<S>, s: Floats<S>, of: Mask<S>) -> Vecs<S> {
+    fn lit(&self, simd: S, color: &Vecs<S>, normal: &Vecs<S>, s: Floats<S>, of: Mask<S>) -> Vecs<S> {
         let zero = Floats::splat(simd, 0.0);
         simd.vectorize(
             #[inline(always)]
@@ -282,10 +286,10 @@ impl<S: Simd> View<S> {
                 // Where there is no normal: seen from the front.
                 let unknown = dot(normal, normal).simd_eq(zero);
                 let normal = axes!(a => unknown.select(-self.direction[a], normal[a]));
-                let toward = axes!(a => Floats::splat(simd, frame.toward_light[a]));
+                let toward = axes!(a => Floats::splat(simd, self.frame.toward_light[a]));
                 let lit = of & dot(&normal, &toward).simd_gt(zero);
-                let color = phong(simd, &scene.light, color, &normal, &self.direction, &toward, lit);
-                cued(simd, frame, &color, s)
+                let color = phong(simd, &self.scene.light, color, &normal, &self.direction, &toward, lit);
+                cued(simd, self.frame, &color, s)
             },
         )
     }
@@ -316,7 +320,7 @@ fn draw_band<S: Simd>(simd: S, frame: &Frame, scene: &Scene, band: Band<'_>) {
         if !first.found.any_true() {
             continue;
         }
-        let view = View::of(simd, frame, &pixels);
+        let view = View::of(simd, frame, scene, &pixels);
         let mut color = light(simd, frame, scene, &pixels, &first, &view.direction);
         paint_faces(simd, scene, &hits, &first, &mut color);
         if scene.mode == Mode::Overlay {
@@ -589,7 +593,7 @@ fn normals<S: Simd>(
     kept: &Kept<S>,
 ) -> Vecs<S> {
     let surface = match scene.normals {
-        Normals::Smooth => field.source.smooth_gradient(simd, field.dims, &hits.cell, &hits.local, hits.found),
+        Normals::Smooth => field.source.smooth_gradient(simd, field.dims, &hits.cell, &hits.local, hits.found, &mut Around::unknown(simd)),
         Normals::Analytic => project::gradient(&field.corners(simd, &hits.cell, hits.found), &hits.local),
     };
     // Of the box's face: against the ray.

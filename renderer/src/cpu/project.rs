@@ -3,12 +3,13 @@
 //! The twin of `shaders/project.wgsl`.
 
 use super::cells::{self, Crossing};
+use super::gauss::{NODES, WEIGHTS};
 use super::walk::{Field, Lines, Part};
 use crate::frame::FrameLayer;
 use crate::lanes::{Doubles, Floats, Mask, Vecs, axes, dot, lerp, mix};
 use crate::roots::bernstein::bernstein;
 use crate::roots::cubic::{turning_points, value};
-use crate::scene::Mode;
+use crate::scene::{Mode, Scene};
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
@@ -26,14 +27,14 @@ pub(super) struct Gathered<S: Simd> {
 #[inline(always)]
 pub(super) fn project<S: Simd>(
     simd: S,
-    mode: Mode,
-    of_gradient: bool,
+    scene: &Scene,
     layer: &FrameLayer,
     field: &Field<'_>,
     lines: &Lines<S>,
     part: &Part<S>,
     asked: Mask<S>,
 ) -> Gathered<S> {
+    let Scene { mode, of_gradient, .. } = *scene;
     let zero = Floats::splat(simd, 0.0);
     let mut all = Gathered { found: Mask::splat(simd, false), value: zero, depth: zero };
     let (mut walk, mut walking) = field.begin(simd, lines, part, asked);
@@ -79,9 +80,6 @@ fn of_values<S: Simd>(simd: S, mode: Mode, crossing: &Crossing<S>, known: Floats
     ends.max(value(&b, first)).max(value(&b, second))
 }
 
-/// Points of a cell at which the gradient is taken, and their weights: Gauss and Legendre's four, exact for powers up to 7.
-const NODES: [f32; 4] = [0.069_431_844, 0.330_009_48, 0.669_990_5, 0.930_568_16];
-const WEIGHTS: [f32; 4] = [0.173_927_42, 0.326_072_57, 0.326_072_57, 0.173_927_42];
 /// Intervals of a cell whose ends are looked at for the largest gradient; between three the parabola through them is followed.
 const INTERVALS: usize = 8;
 
@@ -93,7 +91,7 @@ fn of_gradients<S: Simd>(mode: Mode, layer: &FrameLayer, crossing: &Crossing<S>)
     if mode != Mode::Max {
         let mut mean = splat(0.0);
         for n in 0..4 {
-            mean = mean + magnitude(layer, crossing, splat(NODES[n])) * WEIGHTS[n];
+            mean += magnitude(layer, crossing, splat(NODES[n])) * WEIGHTS[n];
         }
         return mean;
     }

@@ -5,9 +5,7 @@
 use super::View;
 use super::march::{Stretch, Traveller, put_behind};
 use super::pieces::{Next, count, next, paint_of};
-use crate::frame::Frame;
 use crate::lanes::{Floats, Ints, Mask, axes};
-use crate::scene::Scene;
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
@@ -57,9 +55,7 @@ struct Pending<S: Simd> {
 #[inline(always)]
 pub(super) fn gather<S: Simd>(
     simd: S,
-    frame: &Frame,
-    scene: &Scene,
-    view: &View<S>,
+    view: &View<'_, S>,
     travellers: &mut [Traveller<'_, S>],
     stretch: &Stretch<S>,
     all: &mut Gathered<S>,
@@ -100,10 +96,10 @@ pub(super) fn gather<S: Simd>(
             if let Some(inner) = t.layer.inner {
                 base = axes!(a => p.rises.select(base[a], Floats::splat(simd, inner[a])));
             }
-            let surface = t.normal(simd, scene, p.u, now);
+            let surface = t.normal(simd, view, p.u, now);
             let (closed, closing) = t.closing(simd, now & p.at_entry);
             let normal = axes!(a => closed.select(closing[a], surface[a]));
-            let color = view.lit(simd, frame, scene, &base, &normal, p.s, now);
+            let color = view.lit(simd, &base, &normal, p.s, now);
             let is_first = now & all.id.simd_eq(0.0);
             all.s = is_first.select(p.s, all.s);
             all.id = is_first.select(Floats::splat(simd, (t.layer.index + 1) as f32), all.id);

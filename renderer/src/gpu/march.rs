@@ -43,7 +43,7 @@ pub(super) fn source(volumes: &[Reads], gather: Gather) -> String {
     let each = volumes.iter().enumerate().map(|(n, reads)| own(&layer_source(*reads), n));
     let (integrate, begin, enough, shared) = match gather {
         Gather::Shells => (wgsl!("shells"), "", "0.95", ""),
-        Gather::Steps => (wgsl!("dvr_steps"), STEPS, "0.95", wgsl!("dvr")),
+        Gather::Steps => (wgsl!("dvr_steps"), STEPS, "0.99", wgsl!("dvr")),
         Gather::Exact => (wgsl!("dvr_exact"), "", "0.9999", wgsl!("dvr")),
     };
     let march = wgsl!("march").replace("//BEGIN", begin).replace("//INTEGRATE", integrate).replace("ENOUGH", enough);

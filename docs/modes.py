@@ -1,0 +1,30 @@
+#!/usr/bin/env python3
+"""Draws the sheet of docs/modes.md: python3 docs/modes.py BREGMA DEMO-FOLDER OUT.png (needs ImageMagick's montage)."""
+import subprocess
+import sys
+import tempfile
+
+program, demo, out = sys.argv[1:]
+A, B = f"{demo}/a.nrrd", f"{demo}/b.nrrd"
+CUT = ["--clip", "1,0,0,0"]
+PICTURES = [
+    ("isosurface, shadows", [A, "--shadows"]),
+    ("overlay", [A, B, "--mode", "overlay"]),
+    ("transparent", [A, "--opacity", "0.35", "--inner-color", "c04040"]),
+    ("volume rendering", [A, "--mode", "dvr", "--transfer", "dry-skull"]),
+    ("cut: bone", [A, "--shadows", *CUT]),
+    ("slice view", [A, "--mode", "dvr", "--cut-face", "density", "--window", "2500", "--level", "700", *CUT]),
+    ("cut: both", [A, B, "--cut-face", "blend", "--window", "2500", "--level", "500", *CUT]),
+    ("cut: difference", [A, B, "--cut-face", "difference", "--window", "2500", "--level", "500", *CUT]),
+    ("maximum", [A, "--mode", "max"]),
+    ("mean", [A, "--mode", "mean", "--cylinder", "0,0,0,0,0,1,85"]),
+    ("X-ray", [A, "--mode", "xray"]),
+    ("maximum gradient", [A, "--mode", "max", "--gradient"]),
+]
+with tempfile.TemporaryDirectory() as folder:
+    command = ["montage", "-background", "#12141a", "-fill", "white", "-pointsize", "15", "-geometry", "300x300+4+4", "-tile", "4x"]
+    for n, (name, options) in enumerate(PICTURES):
+        file = f"{folder}/{n}.png"
+        subprocess.run([program, "render", *options, "--orbit", "50,14", "--fov", "22", "--size", "300x300", "--out", file], check=True)
+        command += ["-label", name, file]
+    subprocess.run([*command, out], check=True)
