@@ -981,6 +981,10 @@ fn a_ray_by_numbers_its_curve_and_a_selection_that_is_no_step() {
     window.get_by_label("Length against the isovalue").click();
     window.run_steps(3);
     window.get_by_label("Curve of length against isovalue");
+    // The panel is pulled up, so that both plots are seen.
+    let edge = window.state().picture_rect().unwrap().center_bottom();
+    drag(&mut window, edge, edge - egui::vec2(0.0, 160.0));
+    settle(&mut window);
     screenshot(&mut window, "curve.png");
     undo(&mut window);
     assert!(window.query_by_label("Delete Ray 2").is_none() && window.query_by_label("Delete Ray 1").is_some());
