@@ -606,6 +606,11 @@ fn transparent_surfaces_are_added_changed_and_removed() {
     settle(&mut window);
     assert!(window.state().scene().layers[0].inner_color.is_some());
     screenshot(&mut window, "shells.png");
+    let left = window.state().picture_rect().unwrap().left();
+    window.get_by_role_and_label(Role::Slider, "Opacity of skull A").set_value_accesskit(1.0);
+    window.run_steps(10);
+    assert_eq!(window.state().picture_rect().unwrap().left(), left, "the widest number widens no panel");
+    undo(&mut window);
     choose(&mut window, Role::Button, "Remove surface 2 of skull A");
     assert!(window.state().scene().layers[0].shells.is_empty());
     undo(&mut window);
@@ -629,9 +634,10 @@ fn a_transfer_function_is_chosen_and_its_points_dragged_added_and_removed() {
     assert!(function(&window).is_none());
     window.get_by_label(&format!("Look of {name}")).click();
     window.run_steps(2);
-    window.get_by_label("mummy").click();
+    assert!(window.get_by_label("mummy").accesskit_node().is_disabled(), "a look of HU fits no scan without them");
+    window.get_by_label("µCT").click();
     settle(&mut window);
-    assert_eq!(function(&window).unwrap().name, "mummy");
+    assert_eq!(function(&window).unwrap().name, "µCT");
     undo(&mut window);
     assert!(function(&window).is_none() && changed(&by_default, &pixels(&window)) == 0);
 

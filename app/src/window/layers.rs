@@ -141,7 +141,8 @@ pub fn line<R>(ui: &mut Ui, add: impl FnOnce(&mut Ui) -> R) -> R {
 
 /// A slider from 0 to 100 %, as wide as there is room.
 pub fn percent(ui: &mut Ui, share: &mut f32, name: &str) {
-    ui.spacing_mut().slider_width = ui.available_width() - 60.0;
+    // Room for "100 %": a row wider than the panel would widen it.
+    ui.spacing_mut().slider_width = ui.available_width() - 75.0;
     let percent = |value: f64, _: std::ops::RangeInclusive<usize>| format!("{:.0} %", 100.0 * value);
     let slider = Slider::new(share, 0.0..=1.0).custom_formatter(percent).custom_parser(parse_percent).update_while_editing(false);
     ui.add(slider).accessible_name(name);

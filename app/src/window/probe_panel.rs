@@ -142,6 +142,7 @@ fn selected(ui: &mut Ui, found: &mut Found, hovered_mm: &mut Option<f64>) {
     });
     ui.add_space(2.0);
     bars::show(ui, found, hovered_mm);
+    let width = ui.available_width() - ui.spacing().scroll.allocated_width();
     ScrollArea::both().auto_shrink([false, false]).show(ui, |ui| {
         ui.horizontal_top(|ui| {
             ui.spacing_mut().item_spacing.x = 26.0;
@@ -150,13 +151,14 @@ fn selected(ui: &mut Ui, found: &mut Found, hovered_mm: &mut Option<f64>) {
             }
             ui.vertical(|ui| ledger(ui, found));
         });
-        match curve_of.inner {
+        // Tables of long names may be wider than what is seen; plots are not.
+        ui.allocate_ui(vec2(width, 170.0), |ui| match curve_of.inner {
             Some(bone) => ui.columns(2, |columns| {
                 profile(&mut columns[0], found, hovered_mm);
                 by_isovalue(&mut columns[1], found, bone);
             }),
             None => profile(ui, found, hovered_mm),
-        }
+        });
     });
 }
 

@@ -6,7 +6,7 @@ use super::layers::{color_button, unit};
 use crate::presets;
 use bregma_renderer::{Color, Layer, Point, TransferFunction, Values, classify};
 use bregma_volume::Volume;
-use egui::{Color32, DragValue, PointerButton, Pos2, Rect, Role, Sense, Stroke, Ui, Vec2, WidgetInfo, pos2, vec2};
+use egui::{Button, Color32, DragValue, PointerButton, Pos2, Rect, Role, Sense, Stroke, Ui, Vec2, WidgetInfo, pos2, vec2};
 
 const HEIGHT: f32 = 110.0;
 /// Points keep this share of the scan's range between them: a hand can still take hold of each.
@@ -17,7 +17,11 @@ pub fn presets_menu(ui: &mut Ui, title: &str, volume: &Volume, layer: &mut Layer
     let button = ui.menu_button(format!("{title} ⏷"), |ui| {
         let (presets, errors) = presets::all();
         for preset in presets {
-            if ui.button(&preset.transfer.name).clicked() {
+            let [low, high] = volume.range();
+            let in_range = preset.surfaces.iter().all(|s| (low..=high).contains(&s.value));
+            let fits = preset.transfer.values == Values::Isovalue || in_range;
+            let button = ui.add_enabled(fits, Button::new(&preset.transfer.name));
+            if button.on_disabled_hover_text("For scans of other values, such as HU").clicked() {
                 preset.apply(layer, volume);
                 ui.close();
             }
