@@ -161,6 +161,9 @@ pub struct RenderArgs {
     /// How the scene looks.
     #[command(flatten)]
     pub look: LookArgs,
+    /// Two scans in two pictures of one view: beside each other, left and right of a line, or by turns as on a chessboard
+    #[arg(long, value_name = "side|swipe:PART|checker:N")]
+    pub compare: Option<crate::compare::Compare>,
     /// RRGGBB or transparent
     #[arg(long, value_name = "HEX", value_parser = background)]
     pub background: Option<Background>,

@@ -3,6 +3,7 @@
 pub mod args;
 pub mod chart;
 pub mod commands;
+pub mod compare;
 pub mod input;
 pub mod look;
 pub mod output;

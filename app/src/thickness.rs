@@ -10,7 +10,7 @@ use plotters::prelude::*;
 use std::error::Error;
 
 /// Values as colours.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
     /// The colours.
     pub colors: Colors,

@@ -332,6 +332,28 @@ fn a_depth_image_measures_the_ball() {
 }
 
 #[test]
+fn two_scans_are_compared_in_one_picture() {
+    // Fails if a comparison shows a scan on the side of the other, or draws something else where there is only one.
+    let d = folder("compare");
+    nrrd(&d.join("a.nrrd"), CUBE, &ball());
+    nrrd(&d.join("b.nrrd"), CUBE, &ball());
+    // Pixels of the ball, by row and column, and whose they are.
+    for (compare, row, pixels) in [
+        ("side", 16, [(16, 1), (48, 2)]),
+        ("swipe:0.5", 16, [(31, 1), (32, 2)]),
+        ("checker:4", 14, [(31, 1), (32, 2)]),
+        ("checker:4", 17, [(31, 2), (32, 1)]),
+    ] {
+        ok(&d, &format!("render a.nrrd b.nrrd --iso 0 --backend cpu --out p.png --volume-id id.npy --size 64x32 --compare {compare}"));
+        let npy = std::fs::read(d.join("id.npy")).unwrap();
+        let ids = &npy[npy.len() - 64 * 32..][row * 64..][..64];
+        assert_eq!(pixels.map(|(column, _)| ids[column]), pixels.map(|(_, id)| id), "{compare}, row {row}: {ids:?}");
+    }
+    let out = bregma(&d, "render a.nrrd --iso 0 --backend cpu --out p.png --compare side");
+    assert!(out.status.code() == Some(2) && stderr(&out).contains("two scans"), "{}", stderr(&out));
+}
+
+#[test]
 fn probes_come_in_every_form() {
     let d = folder("probe");
     nrrd(&d.join("ball.nrrd"), CUBE, &ball());

@@ -517,3 +517,483 @@ fn a_series_is_chosen_and_gaps_are_filled_only_when_asked() {
     assert!(window.state().scene().layers.is_empty());
     std::fs::remove_dir_all(folder).unwrap();
 }
+
+/// Where the part of that name is.
+fn rect_of(window: &Window, label: &str) -> egui::Rect {
+    window.get_by_label(label).rect()
+}
+
+fn click_with(window: &mut Window, at: Pos2, button: PointerButton) {
+    window.event(Event::PointerMoved(at));
+    press(window, at, true, button);
+    press(window, at, false, button);
+    window.run_steps(2);
+}
+
+fn choose(window: &mut Window, role: Role, label: &str) {
+    window.get_by_role_and_label(role, label).click();
+    settle(window);
+}
+
+fn undo(window: &mut Window) {
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    settle(window);
+}
+
+#[test]
+fn every_mode_is_chosen_drawn_and_undone_with_only_its_own_controls() {
+    // Fails if a mode cannot be chosen, draws what another one draws, shows another one's controls, or is forgotten by undo.
+    let mut window = open(Start::Demo);
+    wait(&mut window, "the demo pair", |w| !w.is_loading());
+    settle(&mut window);
+    choose(&mut window, Role::RadioButton, "Isosurface");
+    let mut seen = vec![pixels(&window)];
+    for (label, mode, has, hasnt) in [
+        ("Overlay", Mode::Overlay, "Opacity of skull A", "Transparent"),
+        ("Volume", Mode::Dvr, "Transfer function of skull A", "Shadows"),
+        ("Maximum", Mode::Max, "Of the gradient", "Depth cue"),
+        ("Mean", Mode::Mean, "Automatic contrast", "Transfer function of skull A"),
+        ("X-ray", Mode::Xray, "Of the gradient", "Opacity of skull A"),
+    ] {
+        choose(&mut window, Role::RadioButton, label);
+        assert_eq!(window.state().scene().mode, mode);
+        assert!(window.query_all_by_label(has).next().is_some(), "{label} has {has}");
+        assert!(window.query_all_by_label(hasnt).next().is_none(), "{label} has no {hasnt}");
+        let now = pixels(&window);
+        let least = seen.iter().map(|before| changed(before, &now)).min();
+        assert!(least > Some(1000), "{label} looks different from all before");
+        seen.push(now);
+        screenshot(&mut window, &format!("mode-{}.png", label.to_lowercase()));
+    }
+    // Contrast by hand begins with what the picture shows and changes it when it is moved.
+    choose(&mut window, Role::CheckBox, "Automatic contrast");
+    let own = window.state().scene().window.expect("a window of its own");
+    assert!(own.width > 0.0);
+    window.get_by_role_and_label(Role::SpinButton, "Window width").set_value_accesskit(own.width * 0.5);
+    settle(&mut window);
+    assert!(changed(&seen[5], &pixels(&window)) > 1000);
+    for expected in [Some(own), None] {
+        undo(&mut window);
+        assert_eq!(window.state().scene().window, expected);
+    }
+    choose(&mut window, Role::CheckBox, "Of the gradient");
+    assert!(window.state().scene().of_gradient && changed(&seen[5], &pixels(&window)) > 1000);
+    undo(&mut window);
+    undo(&mut window);
+    assert_eq!(window.state().scene().mode, Mode::Mean);
+}
+
+#[test]
+fn transparent_surfaces_are_added_changed_and_removed() {
+    // Fails if a further isosurface is not drawn, or one of its parts cannot be changed by its name.
+    let mut window = open(Start::Demo);
+    wait(&mut window, "the demo pair", |w| !w.is_loading());
+    settle(&mut window);
+    choose(&mut window, Role::RadioButton, "Isosurface");
+    choose(&mut window, Role::CheckBox, "Transparent");
+    let plain = pixels(&window);
+    choose(&mut window, Role::Button, "Add an isosurface to skull A");
+    assert_eq!(window.state().scene().layers[0].shells.len(), 1);
+    let with_skin = pixels(&window);
+    assert!(changed(&plain, &with_skin) > 1000, "the further surface shows");
+    window.get_by_role_and_label(Role::Slider, "Opacity of surface 2 of skull A").set_value_accesskit(0.9);
+    window.get_by_role_and_label(Role::SpinButton, "Isovalue of surface 2 of skull A").set_value_accesskit(-500.0);
+    settle(&mut window);
+    let shell = window.state().scene().layers[0].shells[0];
+    assert!((shell.opacity - 0.9).abs() < 0.01 && shell.iso == -500.0, "{shell:?}");
+    assert!(changed(&with_skin, &pixels(&window)) > 1000);
+    window.get_all_by_label("Inside in another colour").next().unwrap().click();
+    settle(&mut window);
+    assert!(window.state().scene().layers[0].inner_color.is_some());
+    screenshot(&mut window, "shells.png");
+    let left = window.state().picture_rect().unwrap().left();
+    window.get_by_role_and_label(Role::Slider, "Opacity of skull A").set_value_accesskit(1.0);
+    window.run_steps(10);
+    assert_eq!(window.state().picture_rect().unwrap().left(), left, "the widest number widens no panel");
+    undo(&mut window);
+    choose(&mut window, Role::Button, "Remove surface 2 of skull A");
+    assert!(window.state().scene().layers[0].shells.is_empty());
+    undo(&mut window);
+    assert_eq!(window.state().scene().layers[0].shells, [shell]);
+}
+
+#[test]
+fn a_transfer_function_is_chosen_and_its_points_dragged_added_and_removed() {
+    // Fails if a point does not follow the mouse, passes its neighbour, cannot be added or removed, or if a drag is more than one step.
+    let file = ball("transfer", 24);
+    let source = bregma::input::Source { file: file.clone(), ..Default::default() };
+    // Frames follow each other fast enough for a double click.
+    let builder = Harness::builder().with_size([1280.0, 800.0]).with_step_dt(0.02).wgpu();
+    let mut window: Window = builder.build_eframe(|cc| Workstation::new(cc, Start::Files(vec![source])));
+    wait(&mut window, "the scan", |w| !w.is_loading());
+    settle(&mut window);
+    let name = file.file_name().unwrap().to_string_lossy().into_owned();
+    choose(&mut window, Role::RadioButton, "Volume");
+    let by_default = pixels(&window);
+    let function = |window: &Window| window.state().scene().layers[0].transfer.clone();
+    assert!(function(&window).is_none());
+    window.get_by_label(&format!("Look of {name}")).click();
+    window.run_steps(2);
+    assert!(window.get_by_label("mummy").accesskit_node().is_disabled(), "a look of HU fits no scan without them");
+    window.get_by_label("µCT").click();
+    settle(&mut window);
+    assert_eq!(function(&window).unwrap().name, "µCT");
+    undo(&mut window);
+    assert!(function(&window).is_none() && changed(&by_default, &pixels(&window)) == 0);
+
+    let field = rect_of(&window, &format!("Transfer function of {name}"));
+    let first = rect_of(&window, &format!("Point 1 of {name}")).center();
+    drag(&mut window, first, Pos2::new(field.left() + 20.0, field.top() + 12.0));
+    settle(&mut window);
+    let dragged = function(&window).expect("a function of its own");
+    assert!(dragged.points[0].opacity > 0.85 && dragged.points[0].value < 10.0, "{:?}", dragged.points);
+    assert!(changed(&by_default, &pixels(&window)) > 1000, "what was invisible is seen");
+    // Farther to the right than its neighbour it does not go.
+    let first = rect_of(&window, &format!("Point 1 of {name}")).center();
+    drag(&mut window, first, field.right_center());
+    let points = function(&window).unwrap().points;
+    assert!(points[0].value < points[1].value && points[1] == dragged.points[1]);
+    undo(&mut window);
+    assert_eq!(function(&window), Some(dragged.clone()));
+
+    let empty = Pos2::new(field.left() + field.width() * 0.25, field.center().y);
+    for _ in 0..2 {
+        click(&mut window, empty);
+    }
+    assert_eq!(function(&window).unwrap().points.len(), 4);
+    screenshot(&mut window, "transfer.png");
+    let added = rect_of(&window, &format!("Point 2 of {name}")).center();
+    assert!((added - empty).length() < 3.0);
+    click_with(&mut window, added, PointerButton::Secondary);
+    assert_eq!(function(&window).unwrap().points, dragged.points);
+    undo(&mut window);
+    assert_eq!(function(&window).unwrap().points.len(), 4);
+    undo(&mut window);
+    undo(&mut window);
+    assert!(function(&window).is_none() && changed(&by_default, &pixels(&window)) == 0);
+    std::fs::remove_file(&file).unwrap();
+}
+
+fn drag_with(window: &mut Window, from: Pos2, to: Pos2, modifiers: Modifiers) {
+    window.event(Event::PointerMoved(from));
+    let button = |pos: Pos2, pressed| Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers };
+    window.event_modifiers(button(from, true), modifiers);
+    for n in 1..=4 {
+        window.event_modifiers(Event::PointerMoved(from.lerp(to, n as f32 / 4.0)), modifiers);
+    }
+    window.event_modifiers(button(to, false), modifiers);
+    window.run_steps(2);
+}
+
+/// Normal and offset of a cut.
+fn plane(window: &Window, n: usize) -> (glam::DVec3, f64) {
+    match window.state().scene().clips[n].shape {
+        bregma_renderer::Shape::Plane { normal, offset_mm } => (normal, offset_mm),
+        ref other => panic!("no plane: {other:?}"),
+    }
+}
+
+#[test]
+fn cuts_are_added_moved_by_numbers_and_by_hand_and_undone() {
+    // Fails if a cut does not cut, cuts what it should not, does not follow the mouse, cannot be undone as one step, or if what it cut away
+    // can still be clicked on.
+    let mut window = open(Start::Demo);
+    wait(&mut window, "the demo pair", |w| !w.is_loading());
+    settle(&mut window);
+    choose(&mut window, Role::RadioButton, "Isosurface");
+    let whole = pixels(&window);
+    let forehead = on_bone(&window) - egui::vec2(0.0, 60.0);
+    window.get_by_label("Cuts").click();
+    window.run_steps(8);
+    assert!(window.get_by_label("Through three landmarks").accesskit_node().is_disabled());
+    choose(&mut window, Role::Button, "Axial");
+    let cut = pixels(&window);
+    let ids = |window: &Window| window.state().picture().unwrap().volume_id.clone();
+    assert!(changed(&whole, &cut) > 10_000, "the calvaria is gone");
+    click(&mut window, forehead);
+    assert!(window.state().difference_ray().is_none(), "what is cut away is not measured");
+    choose(&mut window, Role::Button, "Dismiss");
+    let (normal, middle) = plane(&window, 0);
+    assert_eq!(normal, glam::DVec3::Z);
+
+    // By numbers, of one scan alone, from the other side.
+    window.get_by_role_and_label(Role::Slider, "Offset of cut 1").set_value_accesskit(middle + 30.0);
+    settle(&mut window);
+    assert!((plane(&window, 0).1 - middle - 30.0).abs() < 1.0);
+    undo(&mut window);
+    assert_eq!(plane(&window, 0).1, middle);
+    choose(&mut window, Role::CheckBox, "Cut 1 cuts skull B");
+    assert_eq!(window.state().scene().clips[0].layers, Some(vec![0]));
+    assert!(ids(&window).contains(&2) && changed(&cut, &pixels(&window)) > 10_000, "B is whole again");
+    choose(&mut window, Role::CheckBox, "Cut 1 cuts skull B");
+    assert_eq!(window.state().scene().clips[0].layers, None);
+    choose(&mut window, Role::Button, "Flip cut 1");
+    assert_eq!(plane(&window, 0), (-normal, -middle));
+    undo(&mut window);
+    choose(&mut window, Role::CheckBox, "Cut 1 cuts");
+    assert_eq!(changed(&whole, &pixels(&window)), 0, "a cut that is off cuts nothing");
+    undo(&mut window);
+
+    // By hand: the arrow points up in the picture, so the plane rises with the mouse.
+    let arrow = rect_of(&window, "Arrow of cut 1").center();
+    let camera = window.state().scene().camera;
+    drag(&mut window, arrow, arrow - egui::vec2(0.0, 40.0));
+    let risen = plane(&window, 0).1 - middle;
+    let mm_per_point = 2.0 * 15_f64.to_radians().tan() * camera.eye_mm.distance(camera.target_mm)
+        / f64::from(window.state().picture_rect().unwrap().height());
+    assert!((risen - 40.0 * mm_per_point).abs() < 0.2 * risen, "{risen} mm for {} points", 40.0);
+    assert_eq!(window.state().scene().camera, camera, "the view stays");
+    undo(&mut window);
+    assert_eq!(plane(&window, 0), (normal, middle));
+    let arrow = rect_of(&window, "Arrow of cut 1").center();
+    drag_with(&mut window, arrow, arrow + egui::vec2(0.0, 70.0), Modifiers::SHIFT);
+    let (turned, _) = plane(&window, 0);
+    assert!(turned.z < 0.99 && turned.y < -0.1 && (turned.length() - 1.0).abs() < 1e-12, "toward the viewer: {turned}");
+    settle(&mut window);
+    screenshot(&mut window, "cut-turned.png");
+
+    // What the cut shows.
+    let bone = pixels(&window);
+    choose(&mut window, Role::RadioButton, "Density");
+    assert!(changed(&bone, &pixels(&window)) > 1000, "the face shows grey values");
+    choose(&mut window, Role::CheckBox, "Automatic contrast");
+    assert_eq!(window.state().scene().window, Some(bregma_renderer::Window { width: 1000.0, level: 400.0 }));
+    for label in ["Blend", "Difference"] {
+        let before = pixels(&window);
+        choose(&mut window, Role::RadioButton, label);
+        assert!(changed(&before, &pixels(&window)) > 1000, "{label}");
+    }
+    choose(&mut window, Role::Button, "Remove cut 1");
+    assert!(window.state().scene().clips.is_empty());
+    for (label, count) in [("Box", 1), ("Cylinder", 2)] {
+        choose(&mut window, Role::Button, label);
+        assert_eq!(window.state().scene().clips.len(), count);
+    }
+    let spin = |window: &mut Window, label: &str, value: f64| {
+        window.get_by_role_and_label(Role::SpinButton, label).set_value_accesskit(value);
+        settle(window);
+    };
+    let before = pixels(&window);
+    spin(&mut window, "Radius of cut 2", 40.0);
+    assert!(changed(&before, &pixels(&window)) > 1000, "a narrow cylinder leaves less");
+    spin(&mut window, "x of the low corner of cut 1", 0.0);
+    match window.state().scene().clips[0].shape {
+        bregma_renderer::Shape::Box { low_mm, .. } => assert_eq!(low_mm.x, 0.0),
+        ref other => panic!("no box: {other:?}"),
+    }
+    screenshot(&mut window, "cuts.png");
+}
+
+#[test]
+fn a_plane_through_three_landmarks_and_the_slice_view() {
+    // Fails if the plane misses a landmark, or the slice view does not show the density of a cut with the volume behind it.
+    let mut window = open(Start::Demo);
+    wait(&mut window, "the demo pair", |w| !w.is_loading());
+    settle(&mut window);
+    let target = on_bone(&window);
+    window.get_by_label("Landmark").click();
+    window.run_steps(2);
+    for shift in [egui::vec2(0.0, 0.0), egui::vec2(-30.0, -40.0), egui::vec2(25.0, -70.0)] {
+        click(&mut window, target + shift);
+    }
+    window.get_by_label("Cuts").click();
+    window.run_steps(8);
+    choose(&mut window, Role::Button, "Through three landmarks");
+    let (normal, offset_mm) = plane(&window, 0);
+    for landmark in window.state().landmarks() {
+        assert!((normal.dot(landmark.point_mm) - offset_mm).abs() < 1e-9);
+    }
+    choose(&mut window, Role::Button, "Remove cut 1");
+    choose(&mut window, Role::Button, "Slice view");
+    let scene = window.state().scene().clone();
+    assert_eq!((scene.mode, scene.cut_face), (Mode::Dvr, bregma_renderer::CutFace::Density));
+    assert_eq!(plane(&window, 0).0, glam::DVec3::Z);
+    screenshot(&mut window, "slice-view.png");
+    let slice = pixels(&window);
+    choose(&mut window, Role::CheckBox, "Cut 1 cuts");
+    assert!(changed(&slice, &pixels(&window)) > 10_000);
+}
+
+fn compare_by(window: &mut Window, kind: &str) {
+    window.get_by_label("Compare").click();
+    window.run_steps(3);
+    window.get_by_label(kind).click();
+    window.run_steps(2);
+    settle(window);
+}
+
+#[test]
+fn two_scans_are_compared_side_by_side_by_swipe_checkerboard_and_flicker() {
+    // Fails if a half of the picture shows the wrong scan, the line does not follow the mouse, a drag of it draws anew, or a click in the
+    // right half of two measures elsewhere than where it points.
+    let mut window = open(Start::Demo);
+    wait(&mut window, "the demo pair", |w| !w.is_loading());
+    settle(&mut window);
+    choose(&mut window, Role::RadioButton, "Isosurface");
+    let together = pixels(&window);
+    // Which scans are seen left and right of a column.
+    let seen = |window: &Window, column: f32| {
+        let picture = window.state().picture().unwrap();
+        let line = (column * picture.width as f32) as usize;
+        let ids = picture.volume_id.iter().enumerate().filter(|(_, id)| **id != 0);
+        let mut sides = [std::collections::BTreeSet::new(), std::collections::BTreeSet::new()];
+        ids.for_each(|(n, id)| _ = sides[usize::from(n % picture.width as usize >= line)].insert(*id));
+        sides.map(|ids| ids.into_iter().collect::<Vec<_>>())
+    };
+    compare_by(&mut window, "Swipe");
+    assert_eq!(seen(&window, 0.5), [vec![1], vec![2]]);
+    let (line, rect) = (rect_of(&window, "Swipe line").center(), window.state().picture_rect().unwrap());
+    drag(&mut window, line, line - egui::vec2(rect.width() * 0.06, 0.0));
+    assert!(window.state().is_settled(), "moving the line draws nothing anew");
+    assert!(matches!(window.state().compare(), bregma::compare::Compare::Swipe { part } if (part - 0.44).abs() < 0.01));
+    window.run_steps(1);
+    assert_eq!(seen(&window, 0.44), [vec![1], vec![2]]);
+    screenshot(&mut window, "compare-swipe.png");
+
+    compare_by(&mut window, "Checkerboard");
+    let squares = seen(&window, 0.5);
+    assert_eq!(squares, [vec![1, 2], vec![1, 2]]);
+    screenshot(&mut window, "compare-checkerboard.png");
+
+    compare_by(&mut window, "Flicker");
+    let mut turns = std::collections::BTreeSet::new();
+    for _ in 0..12 {
+        window.run_steps(1);
+        turns.insert(seen(&window, 0.0)[1].clone());
+    }
+    assert_eq!(turns.into_iter().collect::<Vec<_>>(), [vec![1], vec![2]], "each by turns");
+
+    compare_by(&mut window, "Side by side");
+    assert_eq!(seen(&window, 0.5), [vec![1], vec![2]]);
+    // The same point of the forehead in both halves.
+    let (picture, rect) = (window.state().picture().unwrap(), window.state().picture_rect().unwrap());
+    let (w, h) = (picture.width as usize, picture.height as usize);
+    let row = (0..h * 2 / 5).rev().find(|y| picture.volume_id[y * w + w / 4] != 0).expect("bone above the centre") as f32;
+    let left = rect.min + egui::vec2(rect.width() / 4.0, row + 0.5);
+    let right = left + egui::vec2(rect.width() / 2.0, 0.0);
+    let mut rays = vec![];
+    for at in [left, right] {
+        click(&mut window, at);
+        rays.push(window.state().difference_ray().expect("a ray").volumes[0].segments[0].length_mm);
+        undo(&mut window);
+    }
+    assert!((rays[0] - rays[1]).abs() < 1e-6, "{rays:?}");
+    click(&mut window, right);
+    settle(&mut window);
+    screenshot(&mut window, "compare-side.png");
+    undo(&mut window);
+    compare_by(&mut window, "Together");
+    assert_eq!(changed(&together, &pixels(&window)), 0);
+}
+
+#[test]
+fn a_map_of_thickness_is_measured_painted_and_dropped() {
+    // Fails if the map cannot be cancelled, is not painted, stays on a surface that it is not of, or if a patch is not smaller.
+    let mut window = open(Start::Demo);
+    wait(&mut window, "the demo pair", |w| !w.is_loading());
+    settle(&mut window);
+    let before = pixels(&window);
+    window.get_by_label("Measure").click();
+    window.run_steps(2);
+    window.get_by_label_contains("Thickness map").click();
+    window.run_steps(3);
+    window.get_by_label("Measure the thickness").click();
+    window.run_steps(2);
+    window.get_by_label("Cancel").click();
+    window.run_steps(2);
+    assert!(window.state().thickness().is_none(), "a cancelled measurement leaves nothing");
+    window.get_by_label("Measure the thickness").click();
+    wait(&mut window, "the map", |w| w.thickness().is_some());
+    settle(&mut window);
+    let whole = window.state().thickness().unwrap().clone();
+    assert!((1.0..20.0).contains(&whole.mean_mm), "{whole:?}");
+    let painted = pixels(&window);
+    assert!(changed(&before, &painted) > 20_000);
+    let ids = &window.state().picture().unwrap().volume_id;
+    assert!(ids.contains(&1) && !ids.contains(&2), "the map is of skull A alone");
+    window.get_by_label("Legend of the thickness");
+    screenshot(&mut window, "thickness.png");
+    // The same values, other colours.
+    choose(&mut window, Role::RadioButton, "Cividis");
+    assert!(changed(&painted, &pixels(&window)) > 20_000);
+    choose(&mut window, Role::CheckBox, "Show on the surface");
+    assert_eq!(changed(&before, &pixels(&window)), 0);
+    choose(&mut window, Role::CheckBox, "Show on the surface");
+    window.get_by_role_and_label(Role::Slider, "Isovalue of skull A").set_value_accesskit(400.0);
+    settle(&mut window);
+    window.get_by_label_contains("measure again");
+    assert!(window.state().picture().unwrap().volume_id.contains(&2), "what is no longer true is not painted");
+    undo(&mut window);
+
+    let target = on_bone(&window);
+    window.get_by_label("Landmark").click();
+    window.run_steps(2);
+    click(&mut window, target);
+    window.get_by_role_and_label(Role::RadioButton, "Around a landmark").click();
+    window.run_steps(2);
+    window.get_by_label("Measure the thickness").click();
+    window.run_steps(2);
+    wait(&mut window, "the patch", |w| w.thickness().is_some_and(|t| t.area_mm2 != whole.area_mm2));
+    settle(&mut window);
+    let patch = window.state().thickness().unwrap().area_mm2;
+    assert!((500.0..8000.0).contains(&patch), "{patch} mm²");
+    screenshot(&mut window, "thickness-patch.png");
+}
+
+#[test]
+fn a_ray_by_numbers_its_curve_and_a_selection_that_is_no_step() {
+    // Fails if the ray is another than the one that was typed, the curve cannot be asked for, or undo stops at a click in the list.
+    let file = ball("numbers", 24);
+    let mut window = open(Start::Files(vec![bregma::input::Source { file: file.clone(), ..Default::default() }]));
+    wait(&mut window, "the scan", |w| !w.is_loading());
+    settle(&mut window);
+    window.get_by_label("Measure").click();
+    window.run_steps(2);
+    window.get_by_label_contains("Ray by numbers").click();
+    window.run_steps(3);
+    let type_point = |window: &mut Window, of: &str, point: [f64; 3]| {
+        for (axis, value) in ["x", "y", "z"].into_iter().zip(point) {
+            window.get_by_role_and_label(Role::SpinButton, &format!("{axis} of the {of}")).set_value_accesskit(value);
+            window.run_steps(1);
+        }
+    };
+    type_point(&mut window, "origin of the ray", [11.5, -20.0, 11.5]);
+    type_point(&mut window, "point that the ray goes toward", [11.5, -20.0, 11.5]);
+    window.run_steps(2);
+    assert!(window.get_by_label("Cast").accesskit_node().is_disabled(), "a ray without direction is none");
+    type_point(&mut window, "point that the ray goes toward", [11.5, 0.0, 11.5]);
+    window.run_steps(2);
+    window.get_by_label("Cast").click();
+    window.run_steps(3);
+    let ray = window.state().difference_ray().expect("the ray").clone();
+    assert_eq!((ray.ray.origin_mm, ray.ray.direction), ([11.5, -20.0, 11.5], [0.0, 1.0, 0.0]));
+    let bone = &ray.volumes[0].segments[0];
+    assert!((bone.length_mm - 18.4).abs() < 1.0, "{}", bone.length_mm);
+
+    window.get_by_role_and_label(Role::RadioButton, "along").click();
+    window.run_steps(2);
+    type_point(&mut window, "direction of the ray", [0.0, 1.0, 0.2]);
+    window.get_by_label("Cast").click();
+    window.run_steps(3);
+    assert_ne!(window.state().difference_ray().unwrap().volumes, ray.volumes);
+    window.get_by_label("Close").click();
+    window.run_steps(2);
+    assert!(window.query_by_label("Cast").is_none());
+
+    // A look at another ray is no step: undo takes back the second ray.
+    window.get_by_label("Ray 1").click();
+    window.run_steps(3);
+    assert_eq!(window.state().difference_ray().unwrap().volumes, ray.volumes);
+    window.get_by_label("Length against the isovalue").click();
+    window.run_steps(3);
+    window.get_by_label("Curve of length against isovalue");
+    // The panel is pulled up, so that both plots are seen.
+    let edge = window.state().picture_rect().unwrap().center_bottom();
+    drag(&mut window, edge, edge - egui::vec2(0.0, 160.0));
+    settle(&mut window);
+    screenshot(&mut window, "curve.png");
+    undo(&mut window);
+    assert!(window.query_by_label("Delete Ray 2").is_none() && window.query_by_label("Delete Ray 1").is_some());
+    assert_eq!(window.state().difference_ray().unwrap().volumes, ray.volumes);
+    std::fs::remove_file(&file).unwrap();
+}

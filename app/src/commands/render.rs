@@ -2,6 +2,7 @@
 
 use super::{CommandError, open, renderer, require_spacing, warn};
 use crate::args::{Backend, CameraArgs, RenderArgs};
+use crate::compare::Compare;
 use crate::input::Opened;
 use crate::output::{write_depth, write_png, write_values, write_volume_id};
 use bregma_renderer::{Camera, FOV_DEG, Projection};
@@ -22,7 +23,12 @@ pub fn render(args: &RenderArgs, backend: Backend) -> Result<(), CommandError> {
         return Err(CommandError::Usage("--values are those of --mode max, mean or xray: ask for one of these".into()));
     }
     let (width, height) = args.size;
-    let picture = renderer(backend)?.render(&opened.volumes, &opened.scene, width, height)?;
+    let compare = args.compare.unwrap_or_default();
+    let visible = opened.scene.layers.iter().filter(|layer| layer.visible).count();
+    if compare != Compare::Off && visible < 2 {
+        return Err(CommandError::Usage(format!("--compare is of two scans; {visible} is visible: name another one")));
+    }
+    let picture = compare.draw(renderer(backend)?.as_mut(), &opened.volumes, &opened.scene, [width, height])?;
     let nothing = picture.rgba.iter().all(|c| *c == picture.rgba[0]);
     if nothing && picture.volume_id.iter().all(|&id| id == 0) {
         warn(&[format!("{}: the picture shows nothing from this view", args.out.display())]);

@@ -2,8 +2,9 @@
 
 use super::history::Work;
 use super::measured::NamedRay;
+use super::threshold_curve::curve;
 use bregma_measure::{DifferenceRay, Segment, VolumeRecord, probe_cut, profile};
-use bregma_renderer::{Clip, Layer, Ray};
+use bregma_renderer::{Clip, Layer, Ray, Surface};
 use egui::Color32;
 
 /// What a ray meets in the visible volumes.
@@ -15,6 +16,9 @@ pub struct Found {
     pub colors: Vec<Color32>,
     /// The density along it in each of them: mm and value.
     pub profiles: Vec<Vec<[f64; 2]>>,
+    surfaces: Vec<Surface>,
+    /// For a bone by its number, from 0, how its length depends on the isovalue in each of them.
+    curves: Option<(usize, Vec<Vec<[f64; 2]>>)>,
     of: (Vec<Layer>, Vec<Clip>, Ray),
 }
 
@@ -33,12 +37,33 @@ impl Found {
     fn of(work: &Work, ray: Ray) -> Result<Self, String> {
         let layers = work.opened.scene.layers.clone();
         let colors = layers.iter().filter(|l| l.visible).map(color).collect();
-        let mut found = Self { ray: measure(work, &ray)?, colors, profiles: vec![], of: (layers, work.opened.scene.clips.clone(), ray) };
+        let mut found = Self {
+            ray: measure(work, &ray)?,
+            colors,
+            profiles: vec![],
+            surfaces: vec![],
+            curves: None,
+            of: (layers, work.opened.scene.clips.clone(), ray),
+        };
         if let Some(extent) = found.shown_mm() {
             let surfaces = work.opened.scene.surfaces(&work.opened.volumes).map_err(|e| e.to_string())?;
             found.profiles = surfaces.iter().map(|(_, s)| profile(s, &ray, extent, PROFILE_POINTS)).collect();
+            found.surfaces = surfaces.into_iter().map(|(_, s)| s).collect();
         }
         Ok(found)
+    }
+
+    /// How the length of bone number `bone`, from 0, depends on the isovalue, in each volume; computed when it is first asked for.
+    pub fn curves(&mut self, bone: usize) -> &[Vec<[f64; 2]>] {
+        let known = self.curves.take().filter(|(n, _)| *n == bone);
+        let computed = known.unwrap_or_else(|| {
+            let of = |(surface, volume): (&Surface, &VolumeRecord)| {
+                let segment = volume.segments.get(bone);
+                segment.map_or(vec![], |s| curve(surface, &self.of.2, volume.iso, [s.from_mm, s.to_mm]))
+            };
+            (bone, self.surfaces.iter().zip(&self.ray.volumes).map(of).collect())
+        });
+        &self.curves.insert(computed).1
     }
 
     /// Each volume with its colour.

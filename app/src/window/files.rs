@@ -2,6 +2,7 @@
 
 use super::cast::Found;
 use super::history::Work;
+use super::thickness_panel::Coat;
 use crate::input::Session;
 use crate::output::write_whole;
 use crate::record::{Origin, to_json};
@@ -30,6 +31,8 @@ pub enum Ask {
     Rays,
     /// Where to save the landmarks.
     Landmarks,
+    /// Where to save the map of thickness.
+    Map,
 }
 
 /// A dialog on the screen.
@@ -65,6 +68,11 @@ impl Dialog {
                     .add_filter("TPS", &["tps"])
                     .add_filter("morphologika", &["txt"])
                     .set_file_name("landmarks.csv")
+                    .save_file()),
+                Ask::Map => one(dialog
+                    .add_filter("CSV table", &["csv"])
+                    .add_filter("PLY surface", &["ply"])
+                    .set_file_name("thickness.csv")
                     .save_file()),
                 Ask::Rays => one(dialog
                     .add_filter("CSV table", &["csv"])
@@ -162,9 +170,26 @@ pub fn save_landmarks(file: &Path, work: &Work) -> Result<String, String> {
     save(file, text.as_bytes())
 }
 
-/// Saves the picture as it is shown.
-pub fn save_picture(file: &Path, picture: &bregma_renderer::Picture) -> Result<String, String> {
-    crate::output::write_png(file, picture).map(|()| saved(file)).map_err(|e| e.to_string())
+/// Saves a map of thickness in the form that the file's name asks for.
+pub fn save_map(file: &Path, coat: &Coat) -> Result<String, String> {
+    let (name, map) = (lower_name(file), &coat.map);
+    if name.ends_with(".csv") {
+        save(file, export::map_csv(&map.mesh, &map.values).as_bytes())
+    } else if name.ends_with(".ply") {
+        save(file, &export::map_ply(&map.mesh, &map.values, |mm| coat.scale.color(mm)))
+    } else {
+        Err(format!("{}: end the name in .csv or .ply, so that its form is known", file.display()))
+    }
+}
+
+/// Saves the picture as it is shown; one that is painted with a map, with its legend.
+pub fn save_picture(file: &Path, picture: &bregma_renderer::Picture, coat: Option<&Coat>) -> Result<String, String> {
+    let Some(Coat { map, scale }) = coat else {
+        return crate::output::write_png(file, picture).map(|()| saved(file)).map_err(|e| e.to_string());
+    };
+    let figure = crate::thickness::figure(picture, &map.title, scale, &map.statistics)
+        .map_err(|e| format!("{}: the legend cannot be drawn ({e}); hide the map and save the picture alone", file.display()))?;
+    crate::output::write_figure(file, figure).map(|()| saved(file)).map_err(|e| e.to_string())
 }
 
 fn save(file: &Path, bytes: &[u8]) -> Result<String, String> {

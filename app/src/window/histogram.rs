@@ -37,7 +37,7 @@ pub fn show(ui: &mut Ui, volume: &Volume, iso: &mut f64, color: Color32) {
 }
 
 /// The logarithm of the largest count under each of `width` columns, values rising to the right.
-fn columns(volume: &Volume, width: usize) -> Vec<f32> {
+pub fn columns(volume: &Volume, width: usize) -> Vec<f32> {
     let (counts, [low, high]) = (&volume.histogram().counts, volume.histogram().range);
     let (bins, width) = (counts.len(), width.max(1));
     // Between whole numbers lie bins that nothing can fall into: a column shows the numbers nearest to its ends.
@@ -58,7 +58,7 @@ fn columns(volume: &Volume, width: usize) -> Vec<f32> {
 }
 
 /// `x` with no more digits than `step` can tell.
-fn round_to(x: f64, step: f64) -> f64 {
+pub fn round_to(x: f64, step: f64) -> f64 {
     let decade = 10_f64.powf(step.log10().floor());
     // Dividing by a whole number keeps decimal fractions as people write them.
     if decade >= 1.0 { (x / decade).round() * decade } else { (x * decade.recip().round()).round() / decade.recip().round() }

@@ -15,12 +15,12 @@ pub struct Work {
 }
 
 impl Work {
-    /// Equal but for the camera.
+    /// Equal but for the camera and which ray is selected.
     fn same(&self, other: &Self) -> bool {
         let (a, b) = (&self.opened, &other.opened);
         same_scans(&a.volumes, &b.volumes)
             && Scene { camera: b.scene.camera, ..a.scene.clone() } == b.scene
-            && self.measured == other.measured
+            && self.measured.same(&other.measured)
     }
 }
 
@@ -81,9 +81,13 @@ impl History {
     }
 
     fn restore(&self, work: &mut Work) {
-        let camera = work.opened.scene.camera;
+        let (camera, selected, count) = (work.opened.scene.camera, work.measured.selected, work.measured.rays.len());
         *work = self.present.clone();
         work.opened.scene.camera = camera;
+        // What is shown stays shown, unless a ray came or went.
+        if work.measured.rays.len() == count {
+            work.measured.selected = selected;
+        }
     }
 }
 
@@ -113,5 +117,24 @@ mod tests {
         work.opened.scene.mode = Mode::Iso;
         history.record(&work);
         assert!(!history.can_redo());
+    }
+
+    #[test]
+    fn looking_at_another_ray_is_no_step() {
+        // Fails if undo stops at a selection, or a step of something else shows another ray.
+        let ray = bregma_renderer::Ray { origin: bregma_volume::WorldPoint(DVec3::ZERO), direction: DVec3::Z };
+        let mut work = Work { opened: Opened::new(vec![], vec![]), measured: Measured::default() };
+        let mut history = History::new(&work);
+        work.measured.add_ray(ray);
+        work.measured.add_ray(ray);
+        history.record(&work);
+        work.opened.scene.mode = Mode::Overlay;
+        history.record(&work);
+        work.measured.selected = 0;
+        history.record(&work);
+        history.undo(&mut work);
+        assert!(work.opened.scene.mode == Mode::Iso && work.measured.selected == 0);
+        history.undo(&mut work);
+        assert!(work.measured.rays.is_empty());
     }
 }

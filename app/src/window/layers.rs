@@ -4,34 +4,25 @@ use super::cast::{bytes, color};
 use super::histogram;
 use super::history::Work;
 use super::measured::Measured;
-use bregma_renderer::{Color, Layer, Mode};
+use super::{cuts, modes, shells, transfer_editor};
+use bregma_renderer::{Color, Layer, Mode, Picture, Scene};
 use bregma_volume::{Unit, Volume};
 use egui::{Align, Button, DragValue, Frame, Label, Layout, RichText, ScrollArea, Slider, SliderClamping, Ui};
 
-/// Shows the panel and applies what the person changes.
-pub fn show(ui: &mut Ui, work: &mut Work) {
-    let scene = &mut work.opened.scene;
-    ui.horizontal(|ui| {
-        ui.radio_value(&mut scene.mode, Mode::Iso, "Isosurface").on_hover_text("The nearest surface, opaque");
-        ui.radio_value(&mut scene.mode, Mode::Overlay, "Overlay")
-            .on_hover_text("The nearer volume transparent, the other one opaque behind it: what one has more than the other shows");
-        ui.checkbox(&mut scene.shadows, "Shadows").on_hover_text("Surfaces keep the light from each other");
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            let mut background = scene.background.unwrap_or(bregma_renderer::BACKGROUND);
-            if color_button(ui, &mut background, "Background colour") {
-                scene.background = Some(background);
-            }
-        });
-    });
+/// Shows the panel and applies what the person changes. `picture` is the newest one.
+pub fn show(ui: &mut Ui, work: &mut Work, picture: Option<&Picture>) {
+    modes::show(ui, &mut work.opened.scene, &work.opened.volumes, picture);
     ui.add_space(4.0);
     let mut removed = None;
     ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
-        let overlay = scene.mode == Mode::Overlay;
+        cuts::show(ui, work);
+        let scene = &mut work.opened.scene;
+        let shown = Shown::of(scene);
         for (n, (volume, layer)) in work.opened.volumes.iter().zip(&mut scene.layers).enumerate() {
             // Scans may share a name: their number tells their widgets apart.
             ui.push_id(n, |ui| {
                 Frame::group(ui.style()).fill(ui.visuals().faint_bg_color).show(ui, |ui| {
-                    if card(ui, volume, layer, overlay) {
+                    if card(ui, volume, layer, shown) {
                         removed = Some(n);
                     }
                 });
@@ -44,6 +35,33 @@ pub fn show(ui: &mut Ui, work: &mut Work) {
     }
 }
 
+/// What of a layer its card has controls for.
+#[derive(Clone, Copy, PartialEq)]
+enum Shown {
+    /// The isosurface.
+    Surface,
+    /// The isosurface and its opacity.
+    Overlay,
+    /// Several isosurfaces with their opacities.
+    Shells,
+    /// The transfer function.
+    Transfer,
+    /// Nothing of its own.
+    Nothing,
+}
+
+impl Shown {
+    fn of(scene: &Scene) -> Self {
+        match scene.mode {
+            Mode::Overlay => Self::Overlay,
+            Mode::Iso if scene.transparent => Self::Shells,
+            Mode::Iso => Self::Surface,
+            Mode::Dvr => Self::Transfer,
+            Mode::Max | Mode::Mean | Mode::Xray => Self::Nothing,
+        }
+    }
+}
+
 fn remove(work: &mut Work, n: usize) {
     let opened = &mut work.opened;
     // The built-in pair comes first and has no files.
@@ -53,13 +71,14 @@ fn remove(work: &mut Work, n: usize) {
     }
     opened.volumes.remove(n);
     opened.scene.layers.remove(n);
+    cuts::forget_layer(&mut opened.scene.clips, n);
     if opened.volumes.is_empty() {
         work.measured = Measured::default();
     }
 }
 
 /// One volume. True when it should be removed.
-fn card(ui: &mut Ui, volume: &Volume, layer: &mut Layer, overlay: bool) -> bool {
+fn card(ui: &mut Ui, volume: &Volume, layer: &mut Layer, shown: Shown) -> bool {
     ui.set_width(ui.available_width());
     let name = volume.name();
     let removed = line(ui, |ui| {
@@ -78,19 +97,30 @@ fn card(ui: &mut Ui, volume: &Volume, layer: &mut Layer, overlay: bool) -> bool 
     let spacing = if sx == sy && sy == sz { sx } else { format!("{sx} × {sy} × {sz}") };
     ui.weak(format!("{nx} × {ny} × {nz}  ·  {spacing} mm")).on_hover_text("Samples along each axis, and the distances between them");
     let text_color = if layer.visible { color(layer) } else { ui.visuals().weak_text_color() };
-    histogram::show(ui, volume, &mut layer.iso, text_color);
-    iso_slider(ui, volume, layer);
-    if overlay {
+    match shown {
+        Shown::Transfer => {
+            let name = layer.transfer.as_ref().map_or("bone", |t| t.name.as_str());
+            transfer_editor::presets_menu(ui, &format!("Look: {name}"), volume, layer);
+            transfer_editor::show(ui, volume, layer);
+        }
+        Shown::Shells => transfer_editor::presets_menu(ui, "Ready-made looks", volume, layer),
+        _ => {}
+    }
+    if matches!(shown, Shown::Transfer | Shown::Nothing) {
+        ui.weak("Bone, where a click measures:");
+    } else {
+        histogram::show(ui, volume, &mut layer.iso, text_color);
+        iso_slider(ui, volume, layer);
+    }
+    iso_number(ui, volume, layer);
+    if matches!(shown, Shown::Overlay | Shown::Shells) {
         ui.horizontal(|ui| {
             ui.weak("Opacity");
-            ui.spacing_mut().slider_width = ui.available_width() - 60.0;
-            let percent = |value: f64, _: std::ops::RangeInclusive<usize>| format!("{:.0} %", 100.0 * value);
-            let slider = Slider::new(&mut layer.opacity, 0.0..=1.0)
-                .custom_formatter(percent)
-                .custom_parser(parse_percent)
-                .update_while_editing(false);
-            ui.add(slider).accessible_name(format!("Opacity of {name}"));
+            percent(ui, &mut layer.opacity, &format!("Opacity of {name}"));
         });
+    }
+    if shown == Shown::Shells {
+        shells::show(ui, volume, layer);
     }
     if !volume.warnings().is_empty() {
         let count = volume.warnings().len();
@@ -109,6 +139,15 @@ pub fn line<R>(ui: &mut Ui, add: impl FnOnce(&mut Ui) -> R) -> R {
     ui.horizontal(|ui| ui.with_layout(Layout::right_to_left(Align::Center), add).inner).inner
 }
 
+/// A slider from 0 to 100 %, as wide as there is room.
+pub fn percent(ui: &mut Ui, share: &mut f32, name: &str) {
+    // Room for "100 %": a row wider than the panel would widen it.
+    ui.spacing_mut().slider_width = ui.available_width() - 75.0;
+    let percent = |value: f64, _: std::ops::RangeInclusive<usize>| format!("{:.0} %", 100.0 * value);
+    let slider = Slider::new(share, 0.0..=1.0).custom_formatter(percent).custom_parser(parse_percent).update_while_editing(false);
+    ui.add(slider).accessible_name(name);
+}
+
 fn parse_percent(text: &str) -> Option<f64> {
     text.trim_end_matches(['%', ' ']).trim().parse::<f64>().ok().map(|p| p / 100.0)
 }
@@ -119,8 +158,12 @@ fn iso_slider(ui: &mut Ui, volume: &Volume, layer: &mut Layer) {
     // A value from a session may lie outside the range: it stays until the person changes it.
     let slider = Slider::new(&mut layer.iso, low..=high).clamping(SliderClamping::Edits).max_decimals(3).show_value(false);
     ui.add(slider).accessible_name(format!("Isovalue of {}", volume.name()));
+}
+
+fn iso_number(ui: &mut Ui, volume: &Volume, layer: &mut Layer) {
+    let [low, high] = volume.range();
     let (default, why) = volume.default_isovalue();
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         let number = DragValue::new(&mut layer.iso).range(low..=high).clamp_existing_to_range(false).max_decimals(3);
         // The first digits of a number are no isovalue yet.
         let number = number.update_while_editing(false);
@@ -143,7 +186,7 @@ fn round(value: f64) -> f64 {
 }
 
 /// What stands behind a number of this unit.
-fn unit(unit: Unit) -> &'static str {
+pub fn unit(unit: Unit) -> &'static str {
     match unit {
         Unit::Hounsfield => " HU",
         Unit::Value => "",

@@ -30,7 +30,8 @@ impl Screen<'_> {
         (f64::from(p.x) - 0.5, f64::from(p.y) - 0.5)
     }
 
-    fn point(&self, p: DVec3) -> Option<Pos2> {
+    /// Where a point of the world is on the screen; nowhere behind the eye.
+    pub fn point(&self, p: DVec3) -> Option<Pos2> {
         let (x, y) = self.camera.project(bregma_volume::WorldPoint(p), self.size[0], self.size[1])?;
         Some(self.rect.min + vec2(x as f32 + 0.5, y as f32 + 0.5) / self.pixels_per_point())
     }
@@ -59,7 +60,7 @@ fn text(painter: &Painter, at: Pos2, anchor: Align2, text: &str, size: f32) {
 }
 
 /// A line with a dark edge, legible on any background.
-fn line(painter: &Painter, ends: [Pos2; 2], width: f32, color: Color32) {
+pub fn line(painter: &Painter, ends: [Pos2; 2], width: f32, color: Color32) {
     painter.line_segment(ends, Stroke::new(width + 2.0, Color32::from_black_alpha(150)));
     painter.line_segment(ends, Stroke::new(width, color));
 }
@@ -184,7 +185,8 @@ fn of(color: bregma_renderer::Color) -> Color32 {
     Color32::from_rgb(r, g, b)
 }
 
-fn dot(painter: &Painter, at: Pos2, radius: f32, color: Color32) {
+/// A filled circle with a dark edge.
+pub fn dot(painter: &Painter, at: Pos2, radius: f32, color: Color32) {
     painter.circle(at, radius, color, Stroke::new(1.5, Color32::from_black_alpha(200)));
 }
 

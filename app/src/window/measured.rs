@@ -64,6 +64,11 @@ impl Tool {
 const COLORS: [[f32; 3]; 5] = [[1.0, 0.84, 0.31], [0.9, 0.62, 0.0], [0.34, 0.71, 0.91], [0.0, 0.62, 0.45], [0.84, 0.37, 0.0]];
 
 impl Measured {
+    /// Equal but for which ray is selected, which is no work.
+    pub fn same(&self, other: &Self) -> bool {
+        self.rays == other.rays && self.landmarks == other.landmarks
+    }
+
     /// What a session brought, taken out of it.
     pub fn of(opened: &mut Opened) -> Self {
         let mut measured = Self { landmarks: std::mem::take(&mut opened.landmarks), ..Self::default() };
@@ -103,10 +108,13 @@ impl Measured {
     }
 }
 
-/// The point of the nearest visible surface on a ray, with that surface.
-pub fn picked(work: &Work, ray: &Ray) -> Result<Option<(Surface, WorldPoint)>, String> {
+/// The point of the nearest visible surface on a ray, or of that of the layer `only`, with that surface.
+pub fn picked(work: &Work, only: Option<usize>, ray: &Ray) -> Result<Option<(Surface, WorldPoint)>, String> {
     let surfaces = work.opened.scene.surfaces(&work.opened.volumes).map_err(|e| e.to_string())?;
-    let hits = surfaces.into_iter().filter_map(|(_, s)| reference::first_entry(&s, ray).map(|c| (c.t_mm, s)));
+    let hits = surfaces
+        .into_iter()
+        .filter(|(n, _)| only.is_none_or(|only| only == *n))
+        .filter_map(|(_, s)| reference::first_entry(&s, ray).map(|c| (c.t_mm, s)));
     let nearest = hits.min_by(|a, b| a.0.total_cmp(&b.0));
     Ok(nearest.map(|(t_mm, surface)| (surface, ray.at(t_mm))))
 }

@@ -29,6 +29,10 @@ pub enum Command {
     Redo,
     /// Remove the selected difference ray.
     ClearRay,
+    /// A ray by numbers.
+    Numbers,
+    /// The map of thickness.
+    Thickness,
     /// What a click does.
     Take(Tool),
     /// The whole of the scans from a side.
@@ -78,7 +82,9 @@ const MENUS: [(&str, &[Entry]); 4] = [
             (Command::Take(Tool::View), "Ray along the view", &[(NONE, Key::R)]),
             (Command::Take(Tool::Normal), "Ray along the normal", &[(NONE, Key::N)]),
             (Command::Take(Tool::Points), "Ray through two points", &[(NONE, Key::T)]),
+            (Command::Numbers, "Ray by numbers…", &[]),
             (Command::Take(Tool::Landmark), "Landmark", &[(NONE, Key::L)]),
+            (Command::Thickness, "Thickness map…", &[]),
         ],
     ),
     (

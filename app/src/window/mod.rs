@@ -5,6 +5,9 @@
 mod bars;
 mod cast;
 mod chart_panel;
+mod compare_bar;
+mod cut_handles;
+mod cuts;
 mod files;
 mod histogram;
 mod history;
@@ -14,17 +17,24 @@ mod loading;
 mod marks;
 mod measured;
 mod menu;
+mod modes;
 mod navigate;
 mod notices;
 mod painter;
 mod probe_panel;
+mod ray_form;
 mod series;
+mod shells;
 mod theme;
+mod thickness_panel;
+mod threshold_curve;
+mod transfer_editor;
 mod view;
 
+use crate::compare::Compare;
 use crate::input::{Opened, Source};
 use bregma_measure::DifferenceRay;
-use bregma_renderer::{Picture, Scene, Solver};
+use bregma_renderer::{Integrator, Mode, Picture, Scene, Solver};
 use bregma_volume::Volume;
 use cast::Found;
 use chart_panel::ChartPanel;
@@ -36,8 +46,10 @@ use measured::{Measured, Tool};
 use menu::Command;
 use notices::Notices;
 use painter::Painter;
+use ray_form::RayForm;
 use std::path::PathBuf;
 use std::sync::Arc;
+use thickness_panel::ThicknessPanel;
 use view::View;
 
 /// What the window begins with.
@@ -79,6 +91,8 @@ pub struct Workstation {
     dialog: Option<Dialog>,
     notices: Notices,
     chart: ChartPanel,
+    thickness: ThicknessPanel,
+    form: RayForm,
 }
 
 impl Workstation {
@@ -94,7 +108,21 @@ impl Workstation {
         let history = History::new(&work);
         let painter = Painter::new(&cc.egui_ctx);
         let (view, notices, chart) = (View::default(), Notices::default(), ChartPanel::default());
-        Self { work, history, found: vec![], hovered_mm: None, view, painter, loading, dialog: None, notices, chart }
+        let thickness = ThicknessPanel::default();
+        Self {
+            work,
+            history,
+            found: vec![],
+            hovered_mm: None,
+            view,
+            painter,
+            loading,
+            dialog: None,
+            notices,
+            chart,
+            thickness,
+            form: RayForm::default(),
+        }
     }
 
     /// Scans are on their way in.
@@ -137,6 +165,21 @@ impl Workstation {
         self.found.get(self.work.measured.selected).map(|f| &f.ray)
     }
 
+    /// How scans are compared.
+    pub fn compare(&self) -> Compare {
+        self.view.compare
+    }
+
+    /// The statistics of the finished map of thickness.
+    pub fn thickness(&self) -> Option<&bregma_measure::thickness::Statistics> {
+        self.thickness.coat().map(|coat| &coat.map.statistics)
+    }
+
+    /// The landmarks that were set.
+    pub fn landmarks(&self) -> &[crate::input::Landmark] {
+        &self.work.measured.landmarks
+    }
+
     fn is_empty(&self) -> bool {
         self.work.opened.volumes.is_empty()
     }
@@ -165,6 +208,9 @@ impl Workstation {
             None => {}
         }
         if let Err(text) = self.chart.poll(&self.work.opened.volumes) {
+            self.notices.error(text);
+        }
+        if let Err(text) = self.thickness.poll() {
             self.notices.error(text);
         }
         if let Some(text) = self.painter.notice() {
@@ -206,7 +252,11 @@ impl Workstation {
             Ask::Open | Ask::OpenFolder => return self.load(ctx, paths, false),
             Ask::Add | Ask::AddFolder => return self.load(ctx, paths, true),
             Ask::Session => files::save_session(&paths[0], &self.work, &self.found),
-            Ask::Picture => self.picture().map_or(Err(gone("picture")), |picture| files::save_picture(&paths[0], picture)),
+            Ask::Picture => self.picture().map_or(Err(gone("picture")), |picture| {
+                let painting = self.thickness.painting(&self.work);
+                files::save_picture(&paths[0], picture, painting.as_ref().map(|(_, coat)| coat.as_ref()))
+            }),
+            Ask::Map => self.thickness.coat().map_or(Err(gone("map")), |coat| files::save_map(&paths[0], coat)),
             Ask::Rays => files::save_rays(&paths[0], &self.work, &self.found),
             Ask::Landmarks => files::save_landmarks(&paths[0], &self.work),
         };
@@ -230,7 +280,7 @@ impl Workstation {
             Command::ClearRay => !self.work.measured.rays.is_empty(),
             Command::Take(_) => !self.is_empty(),
             Command::Look(_) | Command::Projection | Command::Fit => !self.is_empty(),
-            Command::Chart => !self.is_empty(),
+            Command::Chart | Command::Thickness | Command::Numbers => !self.is_empty(),
             Command::Exact => self.work.opened.scene.solver != Solver::Exact,
             Command::Quit => true,
         }
@@ -254,6 +304,11 @@ impl Workstation {
             Command::ClearRay => self.work.measured.remove_ray(),
             Command::Take(tool) => self.view.take_tool(tool),
             Command::Chart => self.chart.open = !self.chart.open,
+            Command::Numbers => {
+                let measured = &self.work.measured;
+                self.form.begin(measured.rays.get(measured.selected).map(|named| &named.ray), camera);
+            }
+            Command::Thickness => self.thickness.open = !self.thickness.open,
             Command::Exact => self.work.opened.scene.solver = Solver::Exact,
             Command::Look(side) => navigate::look_from(camera, &bounds, side),
             Command::Projection => navigate::toggle_projection(camera, &bounds),
@@ -268,7 +323,9 @@ impl Workstation {
                 return;
             };
             let solver = self.work.opened.scene.solver;
+            let scene = &self.work.opened.scene;
             let quality = match (p.reduction, solver) {
+                (1, _) if scene.mode == Mode::Dvr && scene.integrator != Integrator::Exact => "in steps".to_owned(),
                 (1, Solver::Exact) => "exact".to_owned(),
                 (1, _) => format!("by {solver}, which is not exact"),
                 (n, _) => format!("preview, 1/{n} across"),
@@ -288,7 +345,11 @@ impl Workstation {
             match self.view.show(ui, &mut self.work, &self.found, self.hovered_mm) {
                 Ok(size) => {
                     let resting = self.view.is_resting(ui.ctx());
-                    self.painter.want(&self.work.opened.volumes, &self.work.opened.scene, size, resting);
+                    let (parts, coat) = match self.thickness.painting(&self.work) {
+                        Some((scene, coat)) => (vec![(scene, size)], Some(coat)),
+                        None => (self.view.compare.parts(&self.work.opened.scene, size), None),
+                    };
+                    self.painter.want(&self.work.opened.volumes, parts, self.view.compare, coat, resting);
                 }
                 Err(text) => self.notices.note(text),
             }
@@ -331,6 +392,13 @@ impl eframe::App for Workstation {
                             self.view.take_tool(tool);
                         }
                     }
+                    if self.thickness.painting(&self.work).is_some() {
+                        // The map is of one scan.
+                        self.view.compare = Compare::Off;
+                    } else if self.work.opened.scene.layers.iter().filter(|l| l.visible).count() > 1 {
+                        ui.separator();
+                        compare_bar::show(ui, &mut self.view.compare);
+                    }
                 });
             }
         });
@@ -350,7 +418,7 @@ impl eframe::App for Workstation {
         if !self.is_empty() {
             Panel::left("layers").default_size(320.0).size_range(290.0..=520.0).show(ui, |ui| {
                 ui.add_space(4.0);
-                layers::show(ui, &mut self.work);
+                layers::show(ui, &mut self.work, self.view.painted.as_ref().map(|p| &p.picture));
             });
         }
         match Found::refresh(std::mem::take(&mut self.found), &self.work) {
@@ -359,10 +427,10 @@ impl eframe::App for Workstation {
         }
         self.hovered_mm = None;
         let measured = &mut self.work.measured;
-        if !(measured.rays.is_empty() && measured.landmarks.is_empty()) {
+        if !(measured.rays.is_empty() && measured.landmarks.is_empty()) || self.form.open {
             let wish = Panel::bottom("ray").resizable(true).default_size(260.0).size_range(110.0..=640.0).show(ui, |ui| {
                 ui.add_space(4.0);
-                probe_panel::show(ui, measured, &self.found, &mut self.hovered_mm)
+                probe_panel::show(ui, measured, &mut self.form, &mut self.found, &mut self.hovered_mm)
             });
             if let Some(wish) = wish.inner.filter(|_| self.dialog.is_none()) {
                 let ask = if wish == probe_panel::Wish::SaveRays { Ask::Rays } else { Ask::Landmarks };
@@ -378,6 +446,12 @@ impl eframe::App for Workstation {
             let size = painted.map(|p| [p.picture.width, p.picture.height].map(|n| n * p.reduction));
             let on_gpu = painted.is_some_and(|p| !p.backend.starts_with("cpu"));
             self.chart.show(&ctx, &mut self.work, size, on_gpu);
+        }
+        if self.thickness.open {
+            let wish = self.thickness.show(&ctx, &self.work);
+            if let Some(thickness_panel::Wish::Save) = wish.filter(|_| self.dialog.is_none()) {
+                self.dialog = Some(Dialog::open(&ctx, Ask::Map));
+            }
         }
         if ctx.input(|i| !i.raw.hovered_files.is_empty()) {
             drop_hint(&ctx);

@@ -1,6 +1,9 @@
 //! Drawing on a thread of its own: the newest wish wins; a moving view is drawn in fewer pixels, a resting one exactly.
 
 use super::same_scans;
+use super::thickness_panel::Coat;
+use crate::compare::{Compare, Part};
+use crate::thickness::paint;
 use bregma_renderer::{CpuRenderer, GpuRenderer, Picture, RenderError, Renderer, Scene};
 use bregma_volume::Volume;
 use egui::{Color32, ColorImage, Context};
@@ -11,21 +14,27 @@ use std::time::Instant;
 #[derive(Clone, Debug)]
 struct Wish {
     volumes: Vec<Arc<Volume>>,
-    scene: Scene,
-    size: [u32; 2],
+    parts: Vec<Part>,
+    compare: Compare,
+    coat: Option<Arc<Coat>>,
 }
 
 impl Wish {
-    fn same(&self, volumes: &[Arc<Volume>], scene: &Scene, size: [u32; 2]) -> bool {
-        self.size == size && same_scans(&self.volumes, volumes) && self.scene == *scene
+    fn same(&self, volumes: &[Arc<Volume>], parts: &[Part], coat: Option<&Arc<Coat>>) -> bool {
+        let same_coat = self.coat.as_ref().map(Arc::as_ptr) == coat.map(Arc::as_ptr);
+        same_coat && same_scans(&self.volumes, volumes) && self.parts == parts
     }
 }
 
 /// A finished picture.
 #[derive(Debug)]
 pub struct Painted {
-    /// Its pixels.
+    /// The two pictures that are compared; none where nothing is.
+    pub parts: Vec<Picture>,
+    /// They as one, or the only one.
     pub picture: Picture,
+    /// How they were put together, and at which turn.
+    pub joined: (Compare, u64),
     /// The same for the screen, which takes it.
     pub image: ColorImage,
     /// One pixel stands for this many across and down; 1 is exact.
@@ -79,12 +88,12 @@ impl Painter {
         Self { shared, wish: None, number: 0, answered: 0, exact: false }
     }
 
-    /// Says what should be seen. Asks for a quick picture when it changed, and for the exact one once it rests.
-    pub fn want(&mut self, volumes: &[Arc<Volume>], scene: &Scene, size: [u32; 2], resting: bool) {
-        let same = self.wish.as_ref().is_some_and(|w| w.same(volumes, scene, size));
+    /// Says what should be seen: the pictures, how they are compared, and what the first is painted with. Asks for a quick picture when it changed, and for the exact one once it rests.
+    pub fn want(&mut self, volumes: &[Arc<Volume>], parts: Vec<Part>, compare: Compare, coat: Option<Arc<Coat>>, resting: bool) {
+        let same = self.wish.as_ref().is_some_and(|w| w.same(volumes, &parts, coat.as_ref()));
         let wish = match self.wish.take() {
             Some(wish) if same => wish,
-            _ => Wish { volumes: volumes.to_vec(), scene: scene.clone(), size },
+            _ => Wish { volumes: volumes.to_vec(), parts, compare, coat },
         };
         if !same || (resting && !self.exact && self.answered == self.number) {
             self.number += 1;
@@ -165,9 +174,9 @@ impl Worker {
                 }
             };
             let sentence = |e: RenderError| {
-                let solver = wish.scene.solver;
-                let way_out = format!("Nothing here draws by the solver {solver}; View › Draw by the exact solver does.");
-                if e.is_solver() { way_out } else { e.to_string() }
+                let solver = wish.parts.first().filter(|_| e.is_solver()).map(|(scene, _)| scene.solver);
+                let way_out = |solver| format!("Nothing here draws by the solver {solver}; View › Draw by the exact solver does.");
+                solver.map_or_else(|| e.to_string(), way_out)
             };
             let result = self.paint(shared, &wish, exact).map_err(sentence);
             shared.desk().done = Some((number, result));
@@ -177,18 +186,29 @@ impl Worker {
 
     fn paint(&mut self, shared: &Shared, wish: &Wish, exact: bool) -> Result<Painted, RenderError> {
         let reduction = if exact { 1 } else { self.reduction };
-        let [width, height] = wish.size.map(|n| n.div_ceil(reduction));
         let begun = Instant::now();
-        let mut drawn = self.renderer.render(&wish.volumes, &wish.scene, width, height);
+        let parts = wish.parts.iter().map(|(scene, size)| self.draw(shared, wish, scene, size.map(|n| n.div_ceil(reduction))));
+        let mut parts = parts.collect::<Result<Vec<_>, _>>()?;
+        if let (Some(coat), Some(picture), Some((scene, _))) = (&wish.coat, parts.first_mut(), wish.parts.first()) {
+            paint(picture, scene, &coat.map.surface, &coat.map.mesh, &coat.map.values, &coat.scale);
+        }
+        let compare = wish.compare.reduced(reduction);
+        let none = RenderError::NoPixels { width: 0, height: 0 };
+        let picture = if parts.len() == 1 { parts.pop() } else { compare.join(&parts, 0.0) }.ok_or(none)?;
+        let joined = (compare, 0);
+        let millis = begun.elapsed().as_secs_f64() * 1e3;
+        self.adapt(reduction, millis);
+        Ok(Painted { image: image(&picture), parts, picture, joined, reduction, millis, backend: self.renderer.name() })
+    }
+
+    fn draw(&mut self, shared: &Shared, wish: &Wish, scene: &Scene, [width, height]: [u32; 2]) -> Result<Picture, RenderError> {
+        let mut drawn = self.renderer.render(&wish.volumes, scene, width, height);
         if let (true, Err(e)) = (self.on_gpu && !drawn.as_ref().is_err_and(RenderError::is_solver), &drawn) {
             shared.desk().notice = Some(format!("The graphics card failed: {e}. The processor draws instead."));
             (self.renderer, self.on_gpu) = (Box::new(CpuRenderer::default()), false);
-            drawn = self.renderer.render(&wish.volumes, &wish.scene, width, height);
+            drawn = self.renderer.render(&wish.volumes, scene, width, height);
         }
-        let picture = drawn?;
-        let millis = begun.elapsed().as_secs_f64() * 1e3;
-        self.adapt(reduction, millis);
-        Ok(Painted { image: image(&picture), picture, reduction, millis, backend: self.renderer.name() })
+        drawn
     }
 
     /// Half the pixels across where a frame took too long; twice as many where four times its time still fits.
@@ -201,7 +221,8 @@ impl Worker {
     }
 }
 
-fn image(picture: &Picture) -> ColorImage {
+/// A picture for the screen.
+pub fn image(picture: &Picture) -> ColorImage {
     let color = |&[r, g, b, a]: &[u8; 4]| Color32::from_rgba_unmultiplied(r, g, b, a);
     ColorImage::new([picture.width as usize, picture.height as usize], picture.rgba.iter().map(color).collect())
 }

@@ -4,9 +4,10 @@ use super::bars;
 use super::cast::Found;
 use super::layers::{color_button, line};
 use super::measured::Measured;
+use super::ray_form::RayForm;
 use bregma_measure::{LedgerEntry, Uncertainty, VolumeRecord, export};
 use bregma_volume::Unit;
-use egui::{Align, Color32, Frame, Grid, Layout, Margin, Panel, RichText, Role, ScrollArea, TextEdit, Ui, WidgetInfo, vec2};
+use egui::{Align, Color32, DragValue, Frame, Grid, Id, Layout, Margin, Panel, RichText, Role, ScrollArea, TextEdit, Ui, WidgetInfo, vec2};
 use egui_plot::{Line, LineStyle, Plot, VLine};
 
 /// What the person wants saved.
@@ -19,7 +20,7 @@ pub enum Wish {
 }
 
 /// Shows the list of rays and landmarks, and what the selected ray found.
-pub fn show(ui: &mut Ui, measured: &mut Measured, found: &[Found], hovered_mm: &mut Option<f64>) -> Option<Wish> {
+pub fn show(ui: &mut Ui, measured: &mut Measured, form: &mut RayForm, found: &mut [Found], hovered_mm: &mut Option<f64>) -> Option<Wish> {
     let mut wish = None;
     let list = Panel::left("measured").default_size(210.0).size_range(150.0..=400.0);
     list.show(ui, |ui| {
@@ -31,9 +32,13 @@ pub fn show(ui: &mut Ui, measured: &mut Measured, found: &[Found], hovered_mm: &
                 ui.add_space(6.0);
                 wish = landmarks(ui, measured).or(wish);
             }
+            if form.open {
+                ui.add_space(6.0);
+                form.show(ui).into_iter().for_each(|ray| measured.add_ray(ray));
+            }
         });
     });
-    if let Some(found) = found.get(measured.selected) {
+    if let Some(found) = found.get_mut(measured.selected) {
         Frame::NONE.inner_margin(Margin { left: 10, ..Margin::ZERO }).show(ui, |ui| selected(ui, found, hovered_mm));
     }
     wish
@@ -123,18 +128,21 @@ fn landmarks(ui: &mut Ui, measured: &mut Measured) -> Option<Wish> {
     wish
 }
 
-fn selected(ui: &mut Ui, found: &Found, hovered_mm: &mut Option<f64>) {
-    ui.horizontal(|ui| {
+fn selected(ui: &mut Ui, found: &mut Found, hovered_mm: &mut Option<f64>) {
+    let curve_of = ui.horizontal(|ui| {
         ui.heading("Difference ray");
         ui.weak("distances from where the ray begins");
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             if ui.button("Copy as text").clicked() {
                 ui.ctx().copy_text(export::table(&found.ray));
             }
-        });
+            curve_switch(ui, found)
+        })
+        .inner
     });
     ui.add_space(2.0);
     bars::show(ui, found, hovered_mm);
+    let width = ui.available_width() - ui.spacing().scroll.allocated_width();
     ScrollArea::both().auto_shrink([false, false]).show(ui, |ui| {
         ui.horizontal_top(|ui| {
             ui.spacing_mut().item_spacing.x = 26.0;
@@ -143,8 +151,44 @@ fn selected(ui: &mut Ui, found: &Found, hovered_mm: &mut Option<f64>) {
             }
             ui.vertical(|ui| ledger(ui, found));
         });
-        profile(ui, found, hovered_mm);
+        // Tables of long names may be wider than what is seen; plots are not.
+        ui.allocate_ui(vec2(width, 170.0), |ui| match curve_of.inner {
+            Some(bone) => ui.columns(2, |columns| {
+                profile(&mut columns[0], found, hovered_mm);
+                by_isovalue(&mut columns[1], found, bone);
+            }),
+            None => profile(ui, found, hovered_mm),
+        });
     });
+}
+
+/// Whether the curve of length against isovalue is asked for, and of which bone, from 1.
+fn curve_switch(ui: &mut Ui, found: &Found) -> Option<usize> {
+    let count = found.volumes().map(|(v, _)| v.segments.len()).max().filter(|count| *count > 0)?;
+    let id = Id::unique("length against isovalue");
+    let (mut open, mut bone): (bool, usize) = ui.data(|d| d.get_temp(id)).unwrap_or((false, 1));
+    bone = bone.clamp(1, count);
+    if open {
+        ui.add(DragValue::new(&mut bone).range(1..=count).speed(0.05).prefix("bone ")).accessible_name("Bone of the curve");
+    }
+    let hint = "What another isovalue would make of the length, over half the step from air to bone to both sides";
+    ui.checkbox(&mut open, "Length against the isovalue").on_hover_text(hint);
+    ui.data_mut(|d| d.insert_temp(id, (open, bone)));
+    open.then_some(bone)
+}
+
+/// How the length of a bone depends on the isovalue.
+fn by_isovalue(ui: &mut Ui, found: &mut Found, bone: usize) {
+    let curves = found.curves(bone - 1).to_vec();
+    let plot = Plot::new("by isovalue").height(150.0).allow_drag(false).allow_zoom(false).allow_scroll(false).allow_boxed_zoom(false);
+    let label = format!("length of bone {bone}, mm");
+    let shown = plot.x_axis_label("isovalue").y_axis_label(label).include_y(0.0).show(ui, |plot| {
+        for ((volume, color), points) in found.volumes().zip(curves) {
+            plot.vline(VLine::new("", volume.iso).color(color.gamma_multiply(0.6)).style(LineStyle::dashed_dense()));
+            plot.line(Line::new(volume.name.clone(), points).color(color).width(1.5));
+        }
+    });
+    shown.response.widget_info(|| WidgetInfo::labeled(Role::Image, true, "Curve of length against isovalue"));
 }
 
 /// The density along the ray in each volume, with its isovalue.

@@ -1,14 +1,17 @@
 //! The picture: what the mouse does on it, and its pixels on the screen.
 
 use super::cast::{Found, cast};
+use super::compare_bar;
+use super::cut_handles::{self, Held};
 use super::history::Work;
 use super::marks::{self, Screen};
-use super::measured::{Tool, landmark_at, normal_ray, picked};
+use super::measured::{Measured, Tool, landmark_at, normal_ray, picked};
 use super::navigate;
-use super::painter::Painted;
+use super::painter::{self, Painted};
+use crate::compare::Compare;
 use bregma_renderer::Ray;
 use egui::emath::GuiRounding;
-use egui::{Color32, PointerButton, Pos2, Rect, Response, Role, Sense, TextureHandle, TextureOptions, Ui, WidgetInfo};
+use egui::{Color32, ColorImage, PointerButton, Pos2, Rect, Response, Role, Sense, TextureHandle, TextureOptions, Ui, WidgetInfo};
 use std::f64::consts::PI;
 
 /// The picture on the screen.
@@ -19,10 +22,14 @@ pub struct View {
     pub painted: Option<Painted>,
     /// Its place on the screen, in points.
     pub rect: Option<Rect>,
+    /// How scans are compared.
+    pub compare: Compare,
     /// What a click does.
     tool: Tool,
     /// The first of two clicked points.
     first_point: Option<bregma_volume::WorldPoint>,
+    /// The cut that the mouse holds.
+    held: Held,
     /// When the mouse last moved the view or a layer changed, in the window's seconds.
     moved_at: f64,
 }
@@ -49,14 +56,53 @@ impl View {
 
     /// Takes a new picture to the screen.
     pub fn take(&mut self, ctx: &egui::Context, mut painted: Painted) {
-        // Exact pixels stand one to one on the screen; a preview is smoothed.
-        let options = if painted.reduction == 1 { TextureOptions::NEAREST } else { TextureOptions::LINEAR };
         let image = std::mem::take(&mut painted.image);
+        self.put(ctx, image, painted.reduction);
+        self.painted = Some(painted);
+    }
+
+    fn put(&mut self, ctx: &egui::Context, image: ColorImage, reduction: u32) {
+        // Exact pixels stand one to one on the screen; a preview is smoothed.
+        let options = if reduction == 1 { TextureOptions::NEAREST } else { TextureOptions::LINEAR };
         match &mut self.texture {
             Some(texture) => texture.set(image, options),
             none => *none = Some(ctx.load_texture("picture", image, options)),
         }
+    }
+
+    /// Puts the compared pictures together anew where the line or the time has moved on.
+    fn join(&mut self, ctx: &egui::Context) {
+        let Some(mut painted) = self.painted.take() else { return };
+        let (compare, at_s) = (self.compare.reduced(painted.reduction), ctx.time());
+        if let Compare::Flicker { per_s } = compare
+            && painted.parts.len() == 2
+        {
+            ctx.request_repaint_after_secs((((at_s * per_s).floor() + 1.0) / per_s - at_s) as f32);
+        }
+        // Pictures of another size, or one of all scans, are on their way.
+        let is_side = |compare| compare == Compare::SideBySide;
+        let fits = painted.parts.len() == 2 && compare != Compare::Off && is_side(compare) == is_side(painted.joined.0);
+        let joined = (compare, compare.turn(at_s));
+        if let Some(picture) = (fits && painted.joined != joined).then(|| compare.join(&painted.parts, at_s)).flatten() {
+            self.put(ctx, painter::image(&picture), painted.reduction);
+            (painted.picture, painted.joined) = (picture, joined);
+        }
         self.painted = Some(painted);
+    }
+
+    /// The parts of the screen that show the scene, with their pixels: one, or two side by side.
+    fn panes(&self, work: &Work, rect: Rect, size: [u32; 2]) -> Vec<(Rect, [u32; 2])> {
+        let parts = self.compare.parts(&work.opened.scene, size);
+        let mut left = rect.left();
+        let pane = |(_, [width, height]): &crate::compare::Part| {
+            let right = left + *width as f32 / size[0] as f32 * rect.width();
+            let pane = Rect::from_x_y_ranges(left..=right, rect.y_range());
+            left = if self.compare == Compare::SideBySide { right } else { left };
+            (pane, [*width, *height])
+        };
+        let mut panes: Vec<_> = parts.iter().map(pane).collect();
+        panes.truncate(if self.compare == Compare::SideBySide { 2 } else { 1 });
+        panes
     }
 
     /// Shows the picture and lets the mouse work on it. Gives its size in pixels; `Err` is a sentence for the person.
@@ -74,31 +120,32 @@ impl View {
         if response.clicked_by(PointerButton::Primary)
             && let Some(at) = response.interact_pointer_pos()
         {
-            told = self.click(work, rect, size, at).map(|()| size);
+            let pane = self.panes(work, rect, size).into_iter().find(|(pane, _)| pane.contains(at));
+            told = pane.map_or(Ok(()), |(pane, pixels)| self.click(work, pane, pixels, at)).map(|()| size);
         }
         if self.navigate(ui, &response, work, rect) {
             self.moved_at = ui.ctx().time();
         }
 
+        self.join(ui.ctx());
+        let panes = self.panes(work, rect, size);
         let painter = ui.painter_at(rect);
         if let Some(texture) = &self.texture {
             let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
             painter.image(texture.id(), rect, whole, Color32::WHITE);
         }
-        let screen = Screen { camera: &work.opened.scene.camera, rect, size };
-        let measured = &work.measured;
-        for (_, (named, found)) in measured.rays.iter().zip(found).enumerate().filter(|(n, _)| *n != measured.selected) {
-            marks::other_ray(&painter, &screen, found, named);
+        compare_bar::line(ui, &mut self.compare, rect);
+        let bounds = work.opened.bounds();
+        if let Some((pane, pixels)) = panes.first() {
+            cut_handles::show(ui, &mut work.opened.scene, &bounds, *pane, *pixels, &mut self.held);
         }
-        if let Some(found) = found.get(measured.selected) {
-            marks::ray(&painter, &screen, found);
-            if let Some(t_mm) = hovered_mm {
-                marks::hovered(&painter, &screen, found, t_mm);
-            }
+        for (rect, size) in panes.iter().copied() {
+            let screen = Screen { camera: &work.opened.scene.camera, rect, size };
+            marks(&ui.painter_at(rect), &screen, &work.measured, found, hovered_mm);
         }
-        measured.landmarks.iter().for_each(|landmark| marks::landmark(&painter, &screen, landmark));
-        marks::directions(&painter, &screen);
-        marks::scale_bar(ui, &screen);
+        if let Some((rect, size)) = panes.last().copied() {
+            marks::scale_bar(ui, &Screen { camera: &work.opened.scene.camera, rect, size });
+        }
         told
     }
 
@@ -139,6 +186,16 @@ impl View {
         *camera != before
     }
 
+    /// The only volume that can be seen at a point of the screen, while scans are compared.
+    fn shown_at(&self, rect: Rect, size: [u32; 2], at: Pos2) -> Option<usize> {
+        let painted = self.painted.as_ref().filter(|p| p.parts.len() == 2)?;
+        let whole = self.rect.unwrap_or(rect);
+        let scale = size[1] as f32 / rect.height() / painted.reduction as f32;
+        let [x, y] = [(at.x - whole.left()) * scale, (at.y - whole.top()) * scale].map(|v| v.max(0.0) as usize);
+        let id = painted.picture.volume_id.get(y * painted.picture.width as usize + x)?;
+        usize::from(*id).checked_sub(1)
+    }
+
     /// What the tool does at a point of the screen.
     fn click(&mut self, work: &mut Work, rect: Rect, size: [u32; 2], at: Pos2) -> Result<(), String> {
         let (x, y) = Screen { camera: &work.opened.scene.camera, rect, size }.pixel(at);
@@ -149,7 +206,8 @@ impl View {
             work.measured.add_ray(ray);
             return Ok(());
         }
-        let (surface, point) = picked(work, &work.opened.scene.camera.ray(x, y, size[0], size[1]))?.ok_or_else(missed)?;
+        let shown = self.shown_at(rect, size, at);
+        let (surface, point) = picked(work, shown, &work.opened.scene.camera.ray(x, y, size[0], size[1]))?.ok_or_else(missed)?;
         match self.tool {
             Tool::Normal => {
                 work.measured.add_ray(normal_ray(&surface, point).ok_or("The surface has no direction there: click beside it.")?);
@@ -169,6 +227,21 @@ impl View {
         }
         Ok(())
     }
+}
+
+/// What is drawn over a picture.
+fn marks(painter: &egui::Painter, screen: &Screen<'_>, measured: &Measured, found: &[Found], hovered_mm: Option<f64>) {
+    for (_, (named, found)) in measured.rays.iter().zip(found).enumerate().filter(|(n, _)| *n != measured.selected) {
+        marks::other_ray(painter, screen, found, named);
+    }
+    if let Some(found) = found.get(measured.selected) {
+        marks::ray(painter, screen, found);
+        if let Some(t_mm) = hovered_mm {
+            marks::hovered(painter, screen, found, t_mm);
+        }
+    }
+    measured.landmarks.iter().for_each(|landmark| marks::landmark(painter, screen, landmark));
+    marks::directions(painter, screen);
 }
 
 /// See [`View::click`].
