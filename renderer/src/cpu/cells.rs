@@ -180,38 +180,6 @@ pub(super) fn next_cell<S: Simd>(simd: S, field: &Field<'_>, walk: &mut Walk<'_,
     )
 }
 
-/// The same, but on to the cells that hold depths s, or, where those lie in nothing, to the next behind; only these are read.
-#[inline(always)]
-pub(super) fn cell_at<S: Simd>(
-    simd: S,
-    field: &Field<'_>,
-    walk: &mut Walk<'_, S>,
-    mut seeking: Mask<S>,
-    s: Floats<S>,
-) -> (Mask<S>, Crossing<S>) {
-    simd.vectorize(
-        #[inline(always)]
-        || {
-            let mut there = Mask::splat(simd, false);
-            while seeking.any_true() {
-                let arrived = field.arrive(
-                    simd,
-                    walk,
-                    seeking,
-                    #[inline(always)]
-                    |walk, within| advance(simd, field, &walk.rays.pace, &walk.at, &mut walk.place, within),
-                );
-                let Walk { rays, at, place } = &mut *walk;
-                let (t_exit, axis) = exit_of(&rays.pace, at, place);
-                seeking = arrived & (at.s + t_exit).simd_le(s);
-                there |= arrived & !seeking;
-                place.step(&rays.pace, t_exit, &axis, seeking);
-            }
-            (there, cross(simd, field, &walk.rays.pace, &walk.at, &mut walk.place, there))
-        },
-    )
-}
-
 /// The first entries within the cells of the rays of `of`; where there is none, the place is the next cell.
 #[inline(always)]
 pub(super) fn solve<S: Simd>(

@@ -9,7 +9,6 @@ use super::pieces::{count, next, paint_between};
 use super::project::world_gradient;
 use super::shade::face_color;
 use super::shells::Gathered;
-use super::walk::FAR;
 use crate::frame::FrameLayer;
 use crate::lanes::{Floats, Ints, LANES, Mask, Vecs, axes, dot, lerp, numbers};
 use crate::roots::cubic::value;
@@ -32,13 +31,15 @@ pub(super) struct Steps<S: Simd> {
     /// Depth between points, and depth of the first.
     pub length: Floats<S>,
     pub first: Floats<S>,
+    /// Number of the next.
+    pub next: Floats<S>,
 }
 
-/// Puts the faces of cuts that rays have come to at depth s, where something is visible: grey and opaque.
+/// Puts the faces of cuts where a stretch begins, and something is visible: grey and opaque.
 #[inline(always)]
-fn put_faces<S: Simd>(simd: S, travellers: &[Traveller<'_, S>], s: Floats<S>, of: Mask<S>, all: &mut Gathered<S>) {
+fn put_faces<S: Simd>(simd: S, travellers: &[Traveller<'_, S>], stretch: &Stretch<S>, all: &mut Gathered<S>) {
     for t in travellers.iter().filter(|t| t.layer.shows_faces) {
-        let of = of & t.is_at_cut() & t.cell.s[0].simd_le(s) & t.cubic[0].simd_ge(0.0);
+        let of = t.covers(stretch) & t.is_at_cut() & t.cubic[0].simd_ge(0.0);
         if !of.any_true() {
             continue;
         }
@@ -46,55 +47,36 @@ fn put_faces<S: Simd>(simd: S, travellers: &[Traveller<'_, S>], s: Floats<S>, of
         let (brightness, mut grey) = ((t.cubic[0] * gain + offset).to_array(), [0.0; LANES]);
         numbers(of).for_each(|lane| grey[lane] = face_color(CutFace::Density, &[(brightness[lane], Vec3::ONE)]).x);
         let (grey, one) = (Floats::load_array(simd, grey), Floats::splat(simd, 1.0));
-        add(all, &[grey; 3], one, t.cell.s[0], Floats::splat(simd, (t.layer.index + 1) as f32), of);
+        add(all, &[grey; 3], one, stretch.from, Floats::splat(simd, (t.layer.index + 1) as f32), of);
     }
 }
 
-/// Gathers points that lie evenly apart, the same of all volumes. Each volume goes straight to the cell that holds the next one, so that each
-/// time all rays have a point, be it some cells away; what comes of it is the same as in the shader, which goes from cell to cell.
+/// Gathers points that lie evenly apart along a stretch; says which rays need no more.
 #[inline(always)]
 pub(super) fn gather_steps<S: Simd>(
     simd: S,
     view: &View<'_, S>,
-    mut travellers: Vec<Traveller<'_, S>>,
-    steps: &Steps<S>,
+    travellers: &mut [Traveller<'_, S>],
+    stretch: &Stretch<S>,
+    steps: &mut Steps<S>,
     all: &mut Gathered<S>,
-) {
+) -> Mask<S> {
     let zero = Floats::splat(simd, 0.0);
-    let far = Floats::splat(simd, FAR);
-    let mut number = zero;
+    put_faces(simd, travellers, stretch, all);
+    // Those that lie before are in what is empty.
+    let number = ((stretch.from - steps.first) / steps.length).ceil();
+    steps.next = stretch.of.select(steps.next.max(number), steps.next);
     let mut full = Mask::splat(simd, false);
     loop {
-        let wanted = steps.first + number * steps.length;
-        let mut any = Mask::splat(simd, false);
-        let mut nearest = far;
-        for t in &mut travellers {
-            t.go_to(simd, wanted, !full);
-            any |= t.has;
-            nearest = t.has.select(nearest.min(t.cell.s[0]), nearest);
+        let s = steps.first + steps.next * steps.length;
+        let here = stretch.of & !full & s.simd_lt(stretch.to);
+        if !here.any_true() {
+            return full;
         }
-        let of = any & !full;
-        if !of.any_true() {
-            return;
-        }
-        // Those before are in what is empty.
-        let first = ((nearest - steps.first) / steps.length).ceil();
-        number = of.select(number.max(first), number);
-        // Rounding may have left one before.
-        let before = of & (steps.first + number * steps.length).simd_lt(nearest);
-        number = before.select(number + 1.0, number);
-        let s = steps.first + number * steps.length;
-        put_faces(simd, &travellers, s, of, all);
-        let mut here = Mask::splat(simd, false);
-        for t in &mut travellers {
-            t.fresh &= t.cell.s[0].simd_gt(s);
-            here |= t.holds(s);
-        }
-        here &= of;
         let (mut color, mut clear, mut weight) = ([zero; 3], Floats::splat(simd, 1.0), zero);
         let mut id = zero;
-        for t in &mut travellers {
-            let of = t.holds(s) & here;
+        for t in travellers.iter_mut() {
+            let of = t.covers(stretch) & here;
             if !of.any_true() {
                 continue;
             }
@@ -121,8 +103,8 @@ pub(super) fn gather_steps<S: Simd>(
         let visible = here & weight.simd_gt(zero);
         let opacity = visible.select(1.0 - clear, zero);
         add(all, &axes!(a => visible.select(color[a] * (opacity / weight), zero)), opacity, s, id, visible);
-        number = here.select(number + 1.0, number);
-        full |= of & all.color[3].simd_ge(ENOUGH_IN_STEPS);
+        steps.next = here.select(steps.next + 1.0, steps.next);
+        full |= here & all.color[3].simd_ge(ENOUGH_IN_STEPS);
     }
 }
 
@@ -206,7 +188,7 @@ pub(super) fn gather_exactly<S: Simd>(
     stretch: &Stretch<S>,
     all: &mut Gathered<S>,
 ) -> Mask<S> {
-    put_faces(simd, travellers, stretch.from, stretch.of, all);
+    put_faces(simd, travellers, stretch, all);
     for t in travellers.iter_mut() {
         let of = t.covers(stretch);
         t.above = of.select(count(simd, &t.layer.levels, value(&t.cubic, t.part(stretch.from))), t.above);

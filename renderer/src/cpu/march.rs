@@ -27,8 +27,6 @@ pub(super) struct Traveller<'a, S: Simd> {
     pub has: Mask<S>,
     /// Which have just come to it.
     pub fresh: Mask<S>,
-    /// Which have not yet come to any.
-    unbegun: Mask<S>,
     /// The cell, and the interpolant on the way through it.
     pub cell: Crossing<S>,
     /// Where the layer needs it.
@@ -59,15 +57,16 @@ pub(super) fn world_lines<S: Simd>(simd: S, frame: &Frame, pixels: &Pixels<S>) -
     Lines { origin: pixels.at(simd, &frame.based_rays.origin), direction: pixels.at(simd, &frame.based_rays.direction) }
 }
 
-/// All volumes at the start of a packet's way through them.
+/// Goes through all volumes, and lets `integrate` take stretch by stretch, which says which rays need no more.
 #[inline(always)]
-pub(super) fn begin<'a, S: Simd>(
+pub(super) fn march<'a, S: Simd>(
     simd: S,
     frame: &'a Frame,
     pixels: &Pixels<S>,
     [x, y]: [u32; 2],
     lines: &'a [Lines<S>],
-) -> Vec<Traveller<'a, S>> {
+    mut integrate: impl FnMut(&mut [Traveller<'a, S>], &Stretch<S>) -> Mask<S>,
+) {
     let splat = |v| Floats::splat(simd, v);
     let none = Mask::splat(simd, false);
     let world = world_lines(simd, frame, pixels);
@@ -83,7 +82,6 @@ pub(super) fn begin<'a, S: Simd>(
         let part = Part { begin: kept.begin, s_min: splat(s_min), s_max };
         let (walk, open) = field.begin(simd, lines, &part, pixels.inside);
         let (cell, cubic, above) = (Crossing::nowhere(simd), [splat(0.0); 4], Ints::splat(simd, 0));
-        let around = Around::unknown(simd);
         travellers.push(Traveller {
             layer,
             field,
@@ -93,25 +91,12 @@ pub(super) fn begin<'a, S: Simd>(
             open,
             has: none,
             fresh: none,
-            unbegun: !none,
             cell,
             cubic,
             above,
-            around,
+            around: Around::unknown(simd),
         });
     }
-    travellers
-}
-
-/// Goes through all volumes, and lets `integrate` take stretch by stretch, which says which rays need no more.
-#[inline(always)]
-pub(super) fn march<'a, S: Simd>(
-    simd: S,
-    mut travellers: Vec<Traveller<'a, S>>,
-    mut integrate: impl FnMut(&mut [Traveller<'a, S>], &Stretch<S>) -> Mask<S>,
-) {
-    let splat = |v| Floats::splat(simd, v);
-    let none = Mask::splat(simd, false);
     let mut done = none;
     let mut here = splat(0.0);
     loop {
@@ -154,27 +139,6 @@ impl<S: Simd> Traveller<'_, S> {
             return;
         }
         let (arrived, cell) = cells::next_cell(simd, &self.field, &mut self.walk, seeking);
-        self.take(seeking, arrived, cell);
-    }
-
-    /// Goes on to the cell that holds depth s, or to the next behind, where the cell at hand ends before.
-    #[inline(always)]
-    pub fn go_to(&mut self, simd: S, s: Floats<S>, asked: Mask<S>) {
-        self.has &= !asked | self.cell.s[1].simd_gt(s);
-        let seeking = self.open & asked & !self.has;
-        if !seeking.any_true() {
-            return;
-        }
-        // The face of a cut lies where a ray begins.
-        let s = if self.layer.shows_faces { self.unbegun.select(self.kept.begin, s) } else { s };
-        self.unbegun &= !seeking;
-        let (arrived, cell) = cells::cell_at(simd, &self.field, &mut self.walk, seeking, s);
-        self.take(seeking, arrived, cell);
-    }
-
-    /// Takes over the cells of those of `seeking` that have `arrived` in one.
-    #[inline(always)]
-    fn take(&mut self, seeking: Mask<S>, arrived: Mask<S>, cell: Crossing<S>) {
         self.open &= !seeking | arrived;
         if arrived.any_true() {
             let new = cell.until(self.s_max);
@@ -188,7 +152,7 @@ impl<S: Simd> Traveller<'_, S> {
             }
             self.around.known &= !arrived;
             self.has |= arrived;
-            self.fresh = (self.fresh & !seeking) | arrived;
+            self.fresh |= arrived;
         }
     }
 
@@ -202,12 +166,6 @@ impl<S: Simd> Traveller<'_, S> {
     #[inline(always)]
     pub fn covers(&self, stretch: &Stretch<S>) -> Mask<S> {
         self.has & stretch.of & self.cell.s[0].simd_le(stretch.from)
-    }
-
-    /// Which rays are in a cell at depth s.
-    #[inline(always)]
-    pub fn holds(&self, s: Floats<S>) -> Mask<S> {
-        self.has & self.cell.s[0].simd_le(s) & self.cell.s[1].simd_gt(s)
     }
 
     /// How far of the way through their cells rays are at depth s, 0 to 1.

@@ -31,7 +31,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch};
 use fetch::{Around, Source};
 use glam::{Vec3, Vec4};
-use march::{begin, lines_of, march, world_lines};
+use march::{lines_of, march, world_lines};
 use rayon::prelude::*;
 use shade::{Drawn, encode, face_color, nearest, phong};
 use shells::Gathered;
@@ -211,12 +211,15 @@ fn is_empty([s_min, s_max]: [f32; 2]) -> bool {
 fn gather<S: Simd>(simd: S, packet: &Packet, pixels: &Pixels<S>, view: &View<'_, S>, y0: u32) -> Gathered<S> {
     let View { frame, scene, .. } = *view;
     let lines: Vec<Lines<S>> = frame.layers.iter().map(|layer| lines_of(simd, layer, pixels)).collect();
-    let travellers = begin(simd, frame, pixels, [packet.x0, y0], &lines);
+    let block = [packet.x0, y0];
     let mut all = Gathered::nothing(simd);
     if scene.is_transparent() {
         march(
             simd,
-            travellers,
+            frame,
+            pixels,
+            block,
+            &lines,
             #[inline(always)]
             |travellers, stretch| shells::gather(simd, view, travellers, stretch, &mut all),
         );
@@ -226,7 +229,10 @@ fn gather<S: Simd>(simd: S, packet: &Packet, pixels: &Pixels<S>, view: &View<'_,
         Integrator::Exact => {
             march(
                 simd,
-                travellers,
+                frame,
+                pixels,
+                block,
+                &lines,
                 #[inline(always)]
                 |travellers, stretch| dvr::gather_exactly(simd, view, travellers, stretch, &mut all),
             );
@@ -236,8 +242,16 @@ fn gather<S: Simd>(simd: S, packet: &Packet, pixels: &Pixels<S>, view: &View<'_,
             let length = frame.step_mm / view.mm_per_depth;
             // Without jitter in the middle of the first step.
             let start = if jitter { pixels.noise(simd) } else { Floats::splat(simd, 0.5) };
-            let steps = dvr::Steps { length, first: start * length };
-            dvr::gather_steps(simd, view, travellers, &steps, &mut all);
+            let mut steps = dvr::Steps { length, first: start * length, next: Floats::splat(simd, 0.0) };
+            march(
+                simd,
+                frame,
+                pixels,
+                block,
+                &lines,
+                #[inline(always)]
+                |travellers, stretch| dvr::gather_steps(simd, view, travellers, stretch, &mut steps, &mut all),
+            );
             all.filled(dvr::ENOUGH_IN_STEPS)
         }
     }
