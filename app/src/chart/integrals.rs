@@ -127,6 +127,7 @@ where
         .build_cartesian_2d((fast..slow).log_scale(), (NOTHING / 1.5..most).log_scale())?;
     chart
         .configure_mesh()
+        .x_labels(6)
         .x_desc("ms a frame")
         .y_desc("mean difference from exact, of 255")
         .label_style(font(15))
