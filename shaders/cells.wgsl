@@ -86,6 +86,17 @@ fn cross_cell(pace: Pace, at: InBrick, place: ptr<function, Place>) -> Crossing 
     return Crossing(at.corner + cell, lower, upper, p - vec3<f32>(cell), q - vec3<f32>(cell), s, is_first);
 }
 
+// Ends where nothing more is asked for.
+fn until(whole: Crossing, s_max: f32) -> Crossing {
+    var way = whole;
+    if way.s.y > s_max {
+        let u = max((s_max - way.s.x) / (way.s.y - way.s.x), 0.0);
+        way.end = way.start * (1.0 - u) + way.end * u;
+        way.s.y = max(s_max, way.s.x);
+    }
+    return way;
+}
+
 // The first entry within the cell; where there is none, the place is the next cell.
 fn solve(pace: Pace, at: InBrick, place: ptr<function, Place>) -> Hit {
     let t = (*place).t;

@@ -42,17 +42,6 @@ fn project(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
     hits[params.pass_number * params.stride + group.x * BLOCK_PIXELS + n] = vec4<f32>(value, depth, 0.0, found);
 }
 
-// Ends where nothing more is asked for.
-fn until(whole: Crossing, s_max: f32) -> Crossing {
-    var way = whole;
-    if way.s.y > s_max {
-        let u = max((s_max - way.s.x) / (way.s.y - way.s.x), 0.0);
-        way.end = way.start * (1.0 - u) + way.end * u;
-        way.s.y = max(s_max, way.s.x);
-    }
-    return way;
-}
-
 // The largest or the mean of the values in a cell; a largest that is not above a known one may be any that is not.
 fn of_values(way: Crossing, known: f32, is_known: bool) -> f32 {
     let b = bernstein(way.lower, way.upper, way.start, way.end);

@@ -37,17 +37,6 @@ fn is_at_cut(t: Traveller) -> bool {
     return t.fresh && t.part.is_cut && t.way.s.x == t.part.begin;
 }
 
-// Ends where nothing more is asked for.
-fn until(whole: Crossing, s_max: f32) -> Crossing {
-    var way = whole;
-    if way.s.y > s_max {
-        let u = max((s_max - way.s.x) / (way.s.y - way.s.x), 0.0);
-        way.end = way.start * (1.0 - u) + way.end * u;
-        way.s.y = max(s_max, way.s.x);
-    }
-    return way;
-}
-
 // How far of the way through its cell a ray is at depth s, 0 to 1.
 fn share_at(way: Crossing, s: f32) -> f32 {
     let length = way.s.y - way.s.x;

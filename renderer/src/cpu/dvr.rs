@@ -19,7 +19,7 @@ use fearless_simd::prelude::*;
 use glam::Vec3;
 
 /// From here on steps do not look at what lies behind, and what they have gathered counts as opaque. At 0.95 that alone made a difference of
-/// 1/255 on average, more than the steps did; at 0.99 a frame takes no longer that can be measured.
+/// 1/255 on average where steps are short, more than they did (docs/modes.md).
 pub(super) const ENOUGH_IN_STEPS: f32 = 0.99;
 /// The same for the exact integral: a tenth of what a display shows.
 pub(super) const ENOUGH_EXACTLY: f32 = 0.9999;
