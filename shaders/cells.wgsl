@@ -101,7 +101,7 @@ fn until(whole: Crossing, s_max: f32) -> Crossing {
 fn solve(pace: Pace, at: InBrick, place: ptr<function, Place>) -> Hit {
     let t = (*place).t;
     let way = cross_cell(pace, at, place);
-    let u = first_entry(way.lower, way.upper, way.start, way.end);
+    let u = entry_in(way);
     var met = select(MISSED, MET_ISOSURFACE, u >= 0.0);
     if u == 0.0 && way.is_first {
         met = met_at_entry(pace, at);

@@ -118,8 +118,7 @@ fn face_of(line: Line, part: Kept) -> Face {
     }
     let cell = clamp(vec3<i32>(floor(p)), vec3<i32>(0), params.dims - 2);
     let local = clamp(relative_to(at, vec3<f32>(cell)), vec3<f32>(0.0), vec3<f32>(1.0));
-    let value = trilinear(corners(cell), corners(cell + vec3<i32>(0, 0, 1)), local);
-    return Face(true, value * params.brightness.x + params.brightness.y);
+    return Face(true, value_in(cell, local) * params.brightness.x + params.brightness.y);
 }
 
 // Whether bone of this volume lies between what a pixel draws and the light.
@@ -172,14 +171,6 @@ fn world_normal(hit: Hit, direction: vec3<f32>, part: Kept) -> vec3<f32> {
     }
     // Against the ray; none where the viewer stands inside bone.
     return toward_viewer(select(vec3<f32>(0.0), hit.face, hit.met == MET_FACE), direction);
-}
-
-// The gradient that shades, in index space.
-fn gradient_at(cell: vec3<i32>, local: vec3<f32>) -> vec3<f32> {
-    if params.analytic_normals == 1u {
-        return gradient(corners(cell), corners(cell + vec3<i32>(0, 0, 1)), local);
-    }
-    return smooth_gradient(cell, local);
 }
 
 // A normal of index space in the world, turned toward the viewer, who looks along `direction` of index space; unit, or zero as it is.

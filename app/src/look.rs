@@ -3,7 +3,7 @@
 use crate::commands::{CommandError, set_each};
 use crate::input::Opened;
 use crate::presets;
-use bregma_renderer::{Clip, Color, CutFace, Integrator, Mode, Normals, Shape, Shell, Window};
+use bregma_renderer::{Clip, Color, CutFace, Integrator, Mode, Normals, Reconstruction, Shape, Shell, Window};
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 
@@ -38,6 +38,9 @@ pub struct LookArgs {
     /// Every pixel's first step of dvr is whole: rings instead of noise
     #[arg(long)]
     pub no_jitter: bool,
+    /// What lies between the samples, of opaque surfaces
+    #[arg(long, value_enum)]
+    pub reconstruction: Option<ReconstructionName>,
     /// Which gradient shades
     #[arg(long, value_enum)]
     pub normals: Option<NormalsName>,
@@ -65,6 +68,15 @@ pub struct LookArgs {
     /// How much of the background's colour the farthest takes on, 0 to 1
     #[arg(long, value_name = "V", value_parser = crate::args::share)]
     pub depth_cue: Option<f64>,
+}
+
+/// What lies between the samples, by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ReconstructionName {
+    /// What everything is measured on.
+    Trilinear,
+    /// The tricubic B-spline through the samples: smooth and slow, for stills, and another surface.
+    Spline,
 }
 
 /// A gradient by name.
@@ -124,6 +136,15 @@ impl LookArgs {
             Some(NormalsName::Analytic) => Normals::Analytic,
             None => scene.normals,
         };
+        scene.reconstruction = match self.reconstruction {
+            Some(ReconstructionName::Trilinear) => Reconstruction::Trilinear,
+            Some(ReconstructionName::Spline) => Reconstruction::Spline,
+            None => scene.reconstruction,
+        };
+        if self.reconstruction == Some(ReconstructionName::Spline) && !scene.is_opaque() {
+            let text = "--reconstruction spline is of opaque surfaces: use --mode overlay, or --mode iso without --opacity and --shell";
+            return Err(CommandError::Usage(text.into()));
+        }
         scene.cut_face = match self.cut_face {
             Some(CutFaceName::Bone) => CutFace::Bone,
             Some(CutFaceName::Density) => CutFace::Density,

@@ -6,8 +6,9 @@ use crate::light_spans::LightSpans;
 use crate::occupancy::DistanceMap;
 use crate::scene::{Color, CutFace, Integrator, Mode, Scene, Shell, Surface, Window};
 use crate::spans::Spans;
+use crate::spline;
 use crate::{InstructionSet, RenderError};
-use bregma_volume::{Unit, Volume};
+use bregma_volume::{RangeBricks, Samples, Unit, Volume};
 use glam::{DVec3, Mat3, Vec3, Vec4};
 use std::sync::Arc;
 
@@ -138,7 +139,6 @@ impl Frame {
         let margin = 1e-3 * (far - near);
         let base_mm = if near.is_finite() { (near - margin).max(0.0) } else { 0.0 };
         let based = world_rays.rebased(base_mm);
-        maps.keep_only(&surfaces);
         let toward_light = scene.toward_light();
         let depth_mm = far - base_mm;
         let cue_per_mm = if depth_mm > 0.0 { f64::from(scene.depth_cue.clamp(0.0, 1.0)) / depth_mm } else { 0.0 };
@@ -152,6 +152,14 @@ impl Frame {
         // Float32 counts no farther than 2^24.
         let least_mm = (depth_mm / MOST_STEPS).max(f64::MIN_POSITIVE);
         let step_mm = if finest_mm.is_finite() && per_voxel > 0.0 { (finest_mm / per_voxel).max(least_mm) } else { 1.0 };
+        // From here on a surface of the spline is one of its coefficients.
+        let surfaces: Vec<_> = if scene.draws_spline() {
+            let of_spline = |(index, surface): (usize, Surface)| (index, Surface { volume: maps.spline(&surface.volume), ..surface });
+            surfaces.into_iter().map(of_spline).collect()
+        } else {
+            surfaces
+        };
+        maps.keep_only(&surfaces);
         let layer = |(index, surface): (usize, Surface)| {
             let to_index = surface.grid.world_to_index();
             let normals = to_index.matrix3.transpose();
@@ -271,13 +279,25 @@ pub(crate) struct MapCache {
     /// What they are made with.
     instructions: InstructionSet,
     known: Vec<(Arc<Volume>, f64, Maps)>,
+    /// Of the volumes that are drawn as splines the coefficients.
+    splines: Vec<(Arc<Volume>, Arc<Volume>)>,
 }
 
 type Maps = (Arc<DistanceMap>, Arc<CellMasks>);
 
 impl MapCache {
     pub fn new(instructions: InstructionSet) -> Self {
-        Self { instructions, known: vec![] }
+        Self { instructions, known: vec![], splines: vec![] }
+    }
+
+    /// The coefficients of the spline through a volume's samples.
+    fn spline(&mut self, volume: &Arc<Volume>) -> Arc<Volume> {
+        if let Some((_, known)) = self.splines.iter().find(|(of, _)| Arc::ptr_eq(of, volume)) {
+            return Arc::clone(known);
+        }
+        let coefficients = Arc::new(spline::coefficients(volume));
+        self.splines.push((Arc::clone(volume), Arc::clone(&coefficients)));
+        coefficients
     }
 
     fn get(&mut self, surface: &Surface) -> Maps {
@@ -286,20 +306,34 @@ impl MapCache {
             return maps.clone();
         }
         let (volume, level, sign) = (&surface.volume, surface.level as f32, surface.sign);
-        let map = DistanceMap::build(volume.bricks(), level, sign);
-        let masks = CellMasks::build(self.instructions, volume.samples(), volume.grid().dims(), &map, level, sign);
-        let maps = (Arc::new(map), Arc::new(masks));
+        let dims = volume.grid().dims();
+        let of = |bricks: &RangeBricks, samples: &Samples| {
+            let map = DistanceMap::build(bricks, level, sign);
+            let masks = CellMasks::build(self.instructions, samples, dims, &map, level, sign);
+            (Arc::new(map), Arc::new(masks))
+        };
+        let maps = match volume.samples() {
+            // A spline reaches beyond the corners of its cells.
+            Samples::F32(coefficients) if self.splines.iter().any(|(_, spline)| Arc::ptr_eq(spline, volume)) => {
+                let hull = spline::hull(coefficients, dims, sign);
+                of(&RangeBricks::build(&hull, dims), &Samples::F32(hull))
+            }
+            samples => of(volume.bricks(), samples),
+        };
         self.known.push((Arc::clone(volume), surface.level, maps.clone()));
         maps
     }
 
     /// Memory that they take.
     pub fn bytes(&self) -> usize {
-        self.known.iter().map(|(.., (map, masks))| map.bytes() + masks.bytes()).sum()
+        let maps = self.known.iter().map(|(.., (map, masks))| map.bytes() + masks.bytes());
+        let splines = self.splines.iter().map(|(_, spline)| spline.samples().len() * size_of::<f32>() + spline.index_bytes());
+        maps.sum::<usize>() + splines.sum::<usize>()
     }
 
     fn keep_only(&mut self, surfaces: &[(usize, Surface)]) {
         self.known.retain(|(v, level, _)| surfaces.iter().any(|(_, s)| is_of(s, v, *level)));
+        self.splines.retain(|(_, spline)| surfaces.iter().any(|(_, s)| Arc::ptr_eq(spline, &s.volume)));
     }
 }
 

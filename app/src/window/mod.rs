@@ -326,6 +326,7 @@ impl Workstation {
             let scene = &self.work.opened.scene;
             let quality = match (p.reduction, solver) {
                 (1, _) if scene.mode == Mode::Dvr && scene.integrator != Integrator::Exact => "in steps".to_owned(),
+                (1, _) if scene.draws_spline() => "B-spline, not the measured surface".to_owned(),
                 (1, Solver::Exact) => "exact".to_owned(),
                 (1, _) => format!("by {solver}, which is not exact"),
                 (n, _) => format!("preview, 1/{n} across"),

@@ -1,7 +1,7 @@
 //! How volumes become a picture: the mode, and what can be said about the one that is chosen.
 
 use super::layers::{color_button, percent};
-use bregma_renderer::{BACKGROUND, Integrator, Mode, Normals, Picture, Scene, Window};
+use bregma_renderer::{BACKGROUND, Integrator, Mode, Normals, Picture, Reconstruction, Scene, Window};
 use bregma_volume::Volume;
 use egui::{Align, DragValue, Grid, Layout, Ui};
 use std::sync::Arc;
@@ -35,13 +35,18 @@ pub fn show(ui: &mut Ui, scene: &mut Scene, volumes: &[Arc<Volume>], picture: Op
         });
     });
     ui.horizontal(|ui| {
-        let surfaces = matches!(scene.mode, Mode::Iso | Mode::Overlay);
         if scene.mode == Mode::Iso {
             let text = "Surfaces let those behind them show through; each volume may have several";
             ui.checkbox(&mut scene.transparent, "Transparent").on_hover_text(text);
         }
-        if surfaces && !(scene.mode == Mode::Iso && scene.transparent) {
+        if scene.is_opaque() {
             ui.checkbox(&mut scene.shadows, "Shadows").on_hover_text("Surfaces keep the light from each other");
+            let mut spline = scene.reconstruction == Reconstruction::Spline;
+            let text = "Draws the tricubic B-spline through the samples instead of the trilinear interpolant, which is measured: smooth, slow, and \
+                another surface, for pictures";
+            if ui.checkbox(&mut spline, "Spline").on_hover_text(text).changed() {
+                scene.reconstruction = if spline { Reconstruction::Spline } else { Reconstruction::Trilinear };
+            }
         }
         if scene.mode == Mode::Dvr {
             integrator(ui, &mut scene.integrator);

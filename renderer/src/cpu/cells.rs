@@ -2,9 +2,9 @@
 //!
 //! The twin of `shaders/cells.wgsl`.
 
-use super::walk::{FAR, Field, Hits, InBrick, Met, Method, Pace, Walk, least};
+use super::walk::{FAR, Field, Hits, InBrick, Met, Pace, Walk, least};
 use crate::lanes::{Floats, Ints, Mask, Vecs, axes, lerp};
-use crate::roots::{self, Entry};
+use crate::roots::{self, Entry, Method, spline};
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 use std::hint::black_box;
@@ -185,7 +185,7 @@ pub(super) fn next_cell<S: Simd>(simd: S, field: &Field<'_>, walk: &mut Walk<'_,
 pub(super) fn solve<S: Simd>(
     simd: S,
     field: &Field<'_>,
-    method: Method,
+    method: Option<Method>,
     pace: &Pace<S>,
     at: &InBrick<S>,
     place: &mut Place<S>,
@@ -194,8 +194,11 @@ pub(super) fn solve<S: Simd>(
     let t = place.t;
     let Crossing { cell, f, start, end, is_first, .. } = cross(simd, field, pace, at, place, of);
     let Entry { found, u } = match method {
-        Method::Solver(solver) => roots::first_entry(simd, solver, &f, &start, &end, of),
-        Method::Unsolved => {
+        Some(Method::Solver(solver)) => roots::first_entry(simd, solver, &f, &start, &end, of),
+        Some(Method::Spline) => {
+            spline::first_entry(simd, &field.source.taps(field.dims, &cell, of), [field.level, field.sign], &start, &end, of)
+        }
+        None => {
             black_box(&f);
             Entry { found: Mask::splat(simd, false), u: Floats::splat(simd, 0.0) }
         }

@@ -1,6 +1,7 @@
 //! Reading samples for sixteen rays: the corners of their cells, and what lies around a hit.
 
 use crate::lanes::{Floats, Ints, LANES, Mask, Vecs, axes, mix, numbers};
+use crate::roots::spline::Taps;
 use bregma_volume::{Sample, Samples, with_samples};
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
@@ -29,6 +30,25 @@ impl Source<'_> {
         }
         let at = |c: usize| Floats::load_array_ref(simd, &f[c]);
         [at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7)]
+    }
+
+    /// Samples from the one before cells to the one behind them, in the lanes of `of`; at the grid's border the nearest.
+    #[inline(always)]
+    pub fn taps<S: Simd>(self, dims: [i32; 3], cell: &[Ints<S>; 3], of: Mask<S>) -> Taps {
+        let mut taps = [[0.0; LANES]; 64];
+        if let Self::Samples(samples) = self {
+            let cell = cell.map(Ints::to_array);
+            with_samples!(samples, samples => {
+                for lane in numbers(of) {
+                    let [xs, ys, zs] = around(dims, [cell[0][lane], cell[1][lane], cell[2][lane]]);
+                    for (n, tap) in taps.iter_mut().enumerate() {
+                        let row = (zs[n / 16] * dims[1] as usize + ys[n / 4 % 4]) * dims[0] as usize;
+                        tap[lane] = samples[row + xs[n % 4]].to_f32();
+                    }
+                }
+            });
+        }
+        taps
     }
 
     /// Gradient at a point of a cell, in index space: central differences at the corners, interpolated. It is
@@ -129,11 +149,17 @@ fn corners_of<T: Sample>(samples: &[T], dims: [i32; 3], cell: [i32; 3]) -> [f32;
     [a, b, c, d, e, f, g, h]
 }
 
+/// Along each axis from the one before a cell to the one behind it; at the grid's border the nearest.
+#[inline(always)]
+fn around(dims: [i32; 3], cell: [i32; 3]) -> [[usize; 4]; 3] {
+    let along = |a: usize| [-1, 0, 1, 2].map(|o| (cell[a] + o).clamp(0, dims[a] - 1) as usize);
+    [along(0), along(1), along(2)]
+}
+
 /// The samples from one before a cell to one behind it, but those at the corners of that block; at the grid's border the nearest.
 #[inline(always)]
 fn surroundings<T: Sample>(samples: &[T], dims: [i32; 3], cell: [i32; 3], mut put: impl FnMut([usize; 3], f32)) {
-    let along = |a: usize| [-1, 0, 1, 2].map(|o| (cell[a] + o).clamp(0, dims[a] - 1) as usize);
-    let [xs, ys, zs] = [along(0), along(1), along(2)];
+    let [xs, ys, zs] = around(dims, cell);
     let [nx, ny] = [dims[0] as usize, dims[1] as usize];
     for z in 0..4 {
         for y in 0..4 {

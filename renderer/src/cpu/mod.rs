@@ -19,8 +19,7 @@ use crate::camera::PixelAffine;
 use crate::frame::{Frame, FrameLayer, MapCache};
 use crate::lanes::{Doubles, Floats, Ints, LANES, Mask, Vecs, axes, dot, numbers};
 use crate::light_spans::LightSpans;
-use crate::roots::Solver;
-use crate::roots::trilinear;
+use crate::roots::{Method, Solver, spline, trilinear};
 use crate::scene::{CutFace, Integrator, Mode, Normals, Picture, Scene};
 use crate::spans::BLOCK;
 use crate::tone::colored;
@@ -37,7 +36,7 @@ use shade::{Drawn, encode, face_color, nearest, phong};
 use shells::Gathered;
 use std::mem::discriminant;
 use std::sync::Arc;
-use walk::{Field, Hits, Lines, Method, Part};
+use walk::{Field, Hits, Lines, Part};
 
 /// Draws on the CPU. Keeps what stays valid between frames: the maps of the surfaces drawn last.
 #[derive(Debug)]
@@ -110,7 +109,7 @@ fn draw(level: Level, frame: &Frame, scene: &Scene, width: u32, height: u32) -> 
         return Ok(draw_projection(level, frame, scene, width, height));
     }
     let goes_on = scene.mode == Mode::Dvr || scene.is_transparent();
-    if !goes_on && !scene.solver.on_cpu() {
+    if !goes_on && scene.method() == Method::Solver(Solver::Filter) {
         return Err(RenderError::NeedsGpu(scene.solver));
     }
     let mut picture = Picture::of(encode(Vec4::ZERO, frame.background), width, height);
@@ -435,7 +434,7 @@ fn trace<S: Simd>(
     let kept = kept(simd, &layer.surface.region, &world_lines(simd, frame, pixels));
     let splat = |v| Floats::splat(simd, v);
     let id = splat((layer.index + 1) as f32);
-    let face = face_of(simd, layer, &field, &lines, &kept, pixels.inside);
+    let face = face_of(simd, scene, layer, &field, &lines, &kept, pixels.inside);
     let mut s_far = splat(s_max).min(kept.end);
     if frame.only_nearest {
         // What lies behind an opaque hit is not asked for.
@@ -444,7 +443,7 @@ fn trace<S: Simd>(
         }
     }
     let part = Part { begin: kept.begin, s_min: Floats::splat(simd, s_min), s_max: s_far };
-    let found = field.first_hits(simd, Method::Solver(scene.solver), &lines, &part, pixels.inside & !face.is);
+    let found = field.first_hits(simd, Some(scene.method()), &lines, &part, pixels.inside & !face.is);
     if !(found.found | face.is).any_true() {
         return None;
     }
@@ -468,7 +467,15 @@ struct Face<S: Simd> {
 }
 
 #[inline(always)]
-fn face_of<S: Simd>(simd: S, layer: &FrameLayer, field: &Field<'_>, lines: &Lines<S>, kept: &Kept<S>, of: Mask<S>) -> Face<S> {
+fn face_of<S: Simd>(
+    simd: S,
+    scene: &Scene,
+    layer: &FrameLayer,
+    field: &Field<'_>,
+    lines: &Lines<S>,
+    kept: &Kept<S>,
+    of: Mask<S>,
+) -> Face<S> {
     let none = Face { is: Mask::splat(simd, false), brightness: Floats::splat(simd, 0.0) };
     if !layer.shows_faces || layer.surface.grid.is_flat() {
         return none;
@@ -486,7 +493,13 @@ fn face_of<S: Simd>(simd: S, layer: &FrameLayer, field: &Field<'_>, lines: &Line
             }
             let cell = axes!(a => p[a].floor().to_int::<Ints<S>>().max(0).min(dims[a] - 2));
             let local = axes!(a => (at[a] - Doubles::of(cell[a].to_float())).to_floats().max(0.0).min(1.0));
-            let value = trilinear(&field.corners(simd, &cell, is), &local);
+            let value = match scene.method() {
+                Method::Spline => {
+                    let (value, _) = spline::value_and_gradient(simd, &field.source.taps(dims, &cell, is), &local);
+                    field.sign * (value - field.level)
+                }
+                Method::Solver(_) => trilinear(&field.corners(simd, &cell, is), &local),
+            };
             let [gain, offset] = layer.brightness;
             Face { is, brightness: value * gain + offset }
         },
@@ -552,7 +565,7 @@ fn shadowed<S: Simd>(simd: S, frame: &Frame, scene: &Scene, pixels: &Pixels<S>, 
         let asked = asked & !dark & s_max.simd_gt(kept.begin);
         if asked.any_true() {
             let part = Part { begin: kept.begin, s_min: zero, s_max };
-            dark |= field.first_hits(simd, Method::Solver(scene.solver), &lines, &part, asked).found;
+            dark |= field.first_hits(simd, Some(scene.method()), &lines, &part, asked).found;
         }
     }
     dark
@@ -593,6 +606,7 @@ fn normals<S: Simd>(
     kept: &Kept<S>,
 ) -> Vecs<S> {
     let surface = match scene.normals {
+        _ if scene.draws_spline() => spline::value_and_gradient(simd, &field.source.taps(field.dims, &hits.cell, hits.found), &hits.local).1,
         Normals::Smooth => field.source.smooth_gradient(simd, field.dims, &hits.cell, &hits.local, hits.found, &mut Around::unknown(simd)),
         Normals::Analytic => project::gradient(&field.corners(simd, &hits.cell, hits.found), &hits.local),
     };

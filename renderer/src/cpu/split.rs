@@ -3,11 +3,11 @@
 //! The twin of `gpu/split.rs`.
 
 use super::fetch::Source;
-use super::walk::{Lines, Method, Part};
+use super::walk::{Lines, Part};
 use super::{draw, field_of, packets};
 use crate::frame::{Frame, FrameLayer};
 use crate::lanes::{Floats, LANES, numbers};
-use crate::roots::Solver;
+use crate::roots::Method;
 use crate::scene::Scene;
 use crate::spans::BLOCK;
 use crate::{RenderError, SPLIT_ROUNDS, Split};
@@ -27,7 +27,7 @@ struct Rays<'a> {
 
 impl Rays<'_> {
     /// The fastest of some walks in ms, and the depth of each ray's hit, or its limit where it has none.
-    fn time(&self, method: Method, source: Source<'_>) -> (f64, Vec<f32>) {
+    fn time(&self, method: Option<Method>, source: Source<'_>) -> (f64, Vec<f32>) {
         let mut fastest = f64::INFINITY;
         let mut depths = self.limits.to_vec();
         let band = (BLOCK * self.width) as usize;
@@ -42,7 +42,7 @@ impl Rays<'_> {
     }
 
     #[inline(always)]
-    fn walk<S: Simd>(&self, simd: S, method: Method, source: Source<'_>, y0: u32, limits: &[f32], depths: &mut [f32]) {
+    fn walk<S: Simd>(&self, simd: S, method: Option<Method>, source: Source<'_>, y0: u32, limits: &[f32], depths: &mut [f32]) {
         let mut field = field_of(self.layer, source);
         if let Source::Nothing = source {
             // Where nothing is fetched nothing is inside, which the compiler cannot know.
@@ -79,12 +79,13 @@ pub fn split(level: Level, frame: &Frame, scene: &Scene, width: u32, height: u32
     let mut limits = vec![f32::MAX; width as usize * height as usize];
     for layer in &frame.layers {
         let samples = Source::Samples(layer.surface.volume.samples());
-        let (solved, depths) = Rays { level, layer, width, limits: &limits }.time(Method::Solver(scene.solver), samples);
+        let (solved, depths) = Rays { level, layer, width, limits: &limits }.time(Some(scene.method()), samples);
         let known = Rays { level, layer, width, limits: &depths };
         // Fixed steps have no solver apart from what they fetch and interpolate.
-        let (walked, fetched) = match scene.solver {
-            Solver::Step(_) => (known.time(Method::Solver(scene.solver), Source::Nothing).0, solved),
-            _ => (known.time(Method::Unsolved, Source::Nothing).0, known.time(Method::Unsolved, samples).0),
+        let (walked, fetched) = if scene.method().is_stepping() {
+            (known.time(Some(scene.method()), Source::Nothing).0, solved)
+        } else {
+            (known.time(None, Source::Nothing).0, known.time(None, samples).0)
         };
         walking_ms += walked;
         fetched_ms += fetched;

@@ -11,7 +11,7 @@ use super::steps;
 use crate::cell_masks::{CellMasks, WORDS};
 use crate::lanes::{Doubles, Floats, Ints, LANES, Mask, Vecs, axes, numbers};
 use crate::occupancy::DistanceMap;
-use crate::roots::Solver;
+use crate::roots::{Method, Solver};
 use bregma_volume::BRICK;
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
@@ -102,14 +102,6 @@ impl<S: Simd> Hits<S> {
         self.met.face = axes!(a => self.met.face[a] | other.met.face[a] & new);
         self.met.start |= other.met.start & new;
     }
-}
-
-/// What is done within a cell.
-#[derive(Clone, Copy)]
-pub(crate) enum Method {
-    Solver(Solver),
-    /// Nothing but fetching its corners, to time that.
-    Unsolved,
 }
 
 /// One volume, ready to be walked.
@@ -250,8 +242,8 @@ impl<S: Simd> InBrick<S> {
 
 impl<'a> Field<'a> {
     /// The first entries into the bone along `part` of `lines`, of the rays of `asked`, or where that begins, or at the box's face, where
-    /// that is inside.
-    pub fn first_hits<S: Simd>(&self, simd: S, method: Method, lines: &Lines<S>, part: &Part<S>, asked: Mask<S>) -> Hits<S> {
+    /// that is inside. Without a method cells' corners are fetched and nothing is found, to time that.
+    pub fn first_hits<S: Simd>(&self, simd: S, method: Option<Method>, lines: &Lines<S>, part: &Part<S>, asked: Mask<S>) -> Hits<S> {
         // Compiled by itself and called, for rays from the eye and for those to the light.
         simd.vectorize(
             #[inline(always)]
@@ -260,7 +252,7 @@ impl<'a> Field<'a> {
     }
 
     #[inline(always)]
-    fn walk<S: Simd>(&self, simd: S, method: Method, lines: &Lines<S>, part: &Part<S>, asked: Mask<S>) -> Hits<S> {
+    fn walk<S: Simd>(&self, simd: S, method: Option<Method>, lines: &Lines<S>, part: &Part<S>, asked: Mask<S>) -> Hits<S> {
         let mut hits = Hits::none(simd);
         let (mut walk, mut walking) = self.begin(simd, lines, part, asked);
         while walking.any_true() {
@@ -271,7 +263,7 @@ impl<'a> Field<'a> {
                 walking,
                 #[inline(always)]
                 |walk, within| {
-                    if let Method::Solver(Solver::Step(steps)) = method {
+                    if let Some(Method::Solver(Solver::Step(steps))) = method {
                         let found = steps::walk(simd, self, steps.number(), &walk.rays.pace, &walk.at, within);
                         hits.add(&found);
                         found_by_steps |= found.found;

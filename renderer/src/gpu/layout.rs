@@ -166,7 +166,7 @@ mod tests {
         // Fails when a field is added, moved or retyped on one side only: the GPU would read noise.
         let trace = super::super::trace_source(
             super::super::Reads { component: "f32", in_layers: true },
-            crate::roots::Solver::Exact,
+            crate::roots::Method::Solver(crate::roots::Solver::Exact),
             super::super::Parts::Solve,
         );
         let shade = super::super::shade_source();

@@ -10,7 +10,7 @@ use super::pipelines::{
 use super::plan::Plan;
 use super::{GpuRenderer, Parts, Projection, Reads, wgsl};
 use crate::frame::Frame;
-use crate::roots::Solver;
+use crate::roots::{Method, Solver};
 use crate::scene::{Integrator, Mode, Picture, Scene};
 use crate::tone::Gathered;
 use std::collections::HashSet;
@@ -67,6 +67,7 @@ fn layer_source(reads: Reads) -> String {
         wgsl!("cubic"),
         wgsl!("exact"),
         wgsl!("gradient"),
+        wgsl!("corner_cells"),
         wgsl!("cells"),
         wgsl!("walk"),
         wgsl!("cuts"),
@@ -208,7 +209,7 @@ impl GpuRenderer {
         let (hits, back) = (hit_buffer(&self.gpu, &plan, count), readback(&self.gpu, &plan));
         for blocks in plan.batches() {
             for (own, &layer) in plan.trace.iter().enumerate().zip(&passes) {
-                let number = self.pipelines.trace(&self.gpu, plan.volumes[own.0].reads, Solver::Exact, parts);
+                let number = self.pipelines.trace(&self.gpu, plan.volumes[own.0].reads, Method::Solver(Solver::Exact), parts);
                 let group = self.pipelines.trace_group(&self.gpu, number, &plan, own, &blocks, (&hits, None));
                 let pipeline = &self.pipelines.trace[number].pipeline;
                 let first = u64::from(plan.shade.stride) * own.0 as u64 * HIT_BYTES;

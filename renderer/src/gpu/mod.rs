@@ -19,7 +19,7 @@ use pipelines::{Pipelines, Target};
 use crate::cell_masks::CellMasks;
 use crate::frame::{Frame, MapCache};
 use crate::occupancy::DistanceMap;
-use crate::roots::{PerVoxel, Solver, Steps};
+use crate::roots::{Method, PerVoxel, Solver, Steps};
 use crate::scene::{Mode, Picture, Scene};
 use crate::tone::colored;
 use crate::{InstructionSet, RenderError, Renderer, Split};
@@ -98,19 +98,23 @@ struct Reads {
     in_layers: bool,
 }
 
-/// The WGSL of the pass over a volume, with one solver compiled in.
-fn trace_source(reads: Reads, solver: Solver, parts: Parts) -> String {
+/// The WGSL of the pass over a volume, with one method compiled in.
+fn trace_source(reads: Reads, method: Method, parts: Parts) -> String {
     let samples = if reads.in_layers { wgsl!("samples") } else { wgsl!("samples_3d") };
     let samples = if parts == Parts::Walk { wgsl!("unread").to_owned() } else { samples.replace("SAMPLE", reads.component) };
     let filtered = if parts == Parts::Walk { "" } else { wgsl!("filtered") };
     let unsolved = [wgsl!("unsolved"), wgsl!("filter")].join("\n");
-    let solve = if matches!(parts, Parts::Walk | Parts::Fetch) { unsolved } else { solver_source(solver) };
-    let in_brick = match solver {
-        Solver::Step(steps) => [wgsl!("interpolant"), &wgsl!("steps").replace("PER_VOXEL", per_voxel(steps))].join("\n"),
-        Solver::Filter => [&solve, filtered, wgsl!("filter_cells")].join("\n"),
-        _ => [&solve, wgsl!("cells")].join("\n"),
+    let is_timed = matches!(parts, Parts::Walk | Parts::Fetch);
+    let solve = |solver| if is_timed { unsolved.clone() } else { solver_source(solver) };
+    let in_brick = match method {
+        Method::Solver(Solver::Step(steps)) => [wgsl!("interpolant"), &wgsl!("steps").replace("PER_VOXEL", per_voxel(steps))].join("\n"),
+        Method::Solver(Solver::Filter) => [&solve(Solver::Filter), filtered, wgsl!("filter_cells")].join("\n"),
+        Method::Solver(solver) => [&solve(solver), wgsl!("corner_cells"), wgsl!("cells")].join("\n"),
+        Method::Spline if is_timed => [&unsolved, wgsl!("corner_cells"), wgsl!("cells")].join("\n"),
+        Method::Spline => [wgsl!("interpolant"), wgsl!("cells"), wgsl!("spline")].join("\n"),
     };
-    let gradient = if in_brick.contains("fn blend(") { "" } else { wgsl!("interpolant") };
+    let interpolant = if in_brick.contains("fn blend(") { "" } else { wgsl!("interpolant") };
+    let gradient = if in_brick.contains("fn gradient_at(") { "" } else { wgsl!("gradient") };
     let project = match parts {
         Parts::Project(Projection { is_max, of_gradient }) => {
             wgsl!("project").replace("IS_MAX", &is_max.to_string()).replace("OF_GRADIENT", &of_gradient.to_string())
@@ -121,8 +125,8 @@ fn trace_source(reads: Reads, solver: Solver, parts: Parts) -> String {
         wgsl!("line"),
         &samples,
         &in_brick,
+        interpolant,
         gradient,
-        wgsl!("gradient"),
         wgsl!("walk"),
         wgsl!("cuts"),
         wgsl!("blocks"),
@@ -258,24 +262,24 @@ mod tests {
     fn every_pass_is_valid() {
         // Fails when a part that no picture of the other tests needs no longer fits the rest: scans of more layers than a texture array
         // has, the passes that are only timed.
-        for solver in Solver::ALL {
+        for method in Solver::ALL.map(Method::Solver).into_iter().chain([Method::Spline]) {
             let projections = [(true, true), (true, false), (false, true), (false, false)];
             let projections = projections.map(|(is_max, of_gradient)| Parts::Project(Projection { is_max, of_gradient }));
             for parts in [Parts::Walk, Parts::Fetch, Parts::Solve, Parts::Shadow].into_iter().chain(projections) {
                 // Projections have no solver.
-                if matches!(parts, Parts::Project(_)) && solver != Solver::Exact {
+                if matches!(parts, Parts::Project(_)) && method != Method::Solver(Solver::Exact) {
                     continue;
                 }
                 for component in ["u32", "i32", "f32"] {
                     for in_layers in [false, true] {
                         // What hardware filters is float32, in a 3D texture.
-                        if solver == Solver::Filter && (in_layers || component != "f32") {
+                        if method == Method::Solver(Solver::Filter) && (in_layers || component != "f32") {
                             continue;
                         }
-                        let source = trace_source(Reads { component, in_layers }, solver, parts);
+                        let source = trace_source(Reads { component, in_layers }, method, parts);
                         let module = naga::front::wgsl::parse_str(&source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&source)));
                         let valid = Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module);
-                        assert!(valid.is_ok(), "{solver} {parts:?} {component} {in_layers}: {valid:?}");
+                        assert!(valid.is_ok(), "{method:?} {parts:?} {component} {in_layers}: {valid:?}");
                     }
                 }
             }

@@ -8,7 +8,7 @@ use super::plan::{Plan, VolumeOnGpu};
 use super::stamps::Stamps;
 use super::{Parts, Reads, shade_source, trace_source};
 use crate::frame::Frame;
-use crate::roots::Solver;
+use crate::roots::{Method, Solver};
 use crate::scene::{Picture, Scene};
 use crate::spans::BLOCK;
 use rayon::prelude::*;
@@ -19,11 +19,11 @@ use wgpu::{
     TextureFormat, TextureSampleType, TextureViewDimension,
 };
 
-/// A pass over volumes of one component type, with one solver.
+/// A pass over volumes of one component type, with one method.
 #[derive(Debug)]
 pub(super) struct Trace {
     reads: Reads,
-    solver: Solver,
+    method: Method,
     parts: Parts,
     layout: wgpu::BindGroupLayout,
     pub pipeline: wgpu::ComputePipeline,
@@ -121,21 +121,22 @@ impl Pipelines {
         Self { trace: vec![], shade_layout, shade, filter, nearest, march: vec![] }
     }
 
-    /// Compiles the pass for `reads`, `solver` and `parts`, if it is not yet; its number.
-    pub fn trace(&mut self, gpu: &Gpu, reads: Reads, solver: Solver, parts: Parts) -> usize {
-        if let Some(known) = self.trace.iter().position(|t| t.reads == reads && t.solver == solver && t.parts == parts) {
+    /// Compiles the pass for `reads`, `method` and `parts`, if it is not yet; its number.
+    pub fn trace(&mut self, gpu: &Gpu, reads: Reads, method: Method, parts: Parts) -> usize {
+        if let Some(known) = self.trace.iter().position(|t| t.reads == reads && t.method == method && t.parts == parts) {
             return known;
         }
+        let is_filter = method == Method::Solver(Solver::Filter);
         let mut entries = vec![
             entry(0, storage(true)),
-            entry(1, samples_binding(reads, solver == Solver::Filter)),
+            entry(1, samples_binding(reads, is_filter)),
             entry(2, numbers(TextureFormat::Rg32Uint, TextureViewDimension::D3)),
             entry(3, storage(false)),
             entry(5, numbers(TextureFormat::R32Uint, TextureViewDimension::D2)),
             entry(6, storage(true)),
             entry(9, storage(true)),
         ];
-        if solver == Solver::Filter {
+        if is_filter {
             entries.push(entry(4, BindingType::Sampler(SamplerBindingType::Filtering)));
         } else if reads.in_layers {
             entries.push(entry(4, BindingType::Sampler(SamplerBindingType::NonFiltering)));
@@ -148,8 +149,8 @@ impl Pipelines {
             Parts::Project(_) => "project",
             _ => "trace",
         };
-        let (layout, pipeline) = compile(gpu, name, &trace_source(reads, solver, parts), &entries);
-        self.trace.push(Trace { reads, solver, parts, layout, pipeline });
+        let (layout, pipeline) = compile(gpu, name, &trace_source(reads, method, parts), &entries);
+        self.trace.push(Trace { reads, method, parts, layout, pipeline });
         self.trace.len() - 1
     }
 
@@ -177,7 +178,7 @@ impl Pipelines {
             bound(6, part(&volume.blocks, blocks, size_of::<Block>())),
             bound(9, volume.extras.as_entire_binding()),
         ];
-        if trace.solver == Solver::Filter {
+        if trace.method == Method::Solver(Solver::Filter) {
             entries.push(bound(4, wgpu::BindingResource::Sampler(&self.filter)));
         } else if volume.reads.in_layers {
             entries.push(bound(4, wgpu::BindingResource::Sampler(&self.nearest)));
@@ -199,7 +200,7 @@ impl Pipelines {
         blocks: &Range<usize>,
         hits: &wgpu::Buffer,
     ) -> Result<f64, GpuError> {
-        let number = self.trace(gpu, plan.volumes[pass].reads, plan.solver, parts);
+        let number = self.trace(gpu, plan.volumes[pass].reads, plan.method, parts);
         let group = self.trace_group(gpu, number, plan, (pass, params), blocks, (hits, None));
         let stamps = Stamps::new(gpu);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
@@ -224,7 +225,7 @@ impl Pipelines {
     pub fn run(&mut self, gpu: &Gpu, plan: &Plan, target: &Target) -> Result<(), GpuError> {
         // No volume has no blocks.
         let Some(first) = plan.volumes.first() else { return Ok(()) };
-        let mut compiled = |parts| -> Vec<usize> { plan.volumes.iter().map(|v| self.trace(gpu, v.reads, plan.solver, parts)).collect() };
+        let mut compiled = |parts| -> Vec<usize> { plan.volumes.iter().map(|v| self.trace(gpu, v.reads, plan.method, parts)).collect() };
         let numbers = compiled(Parts::Solve);
         let shadow_numbers = if plan.shade.shadows == 1 { compiled(Parts::Shadow) } else { vec![] };
         let colors = filled_buffer(gpu, bytemuck::cast_slice(&plan.colors), BufferUsages::STORAGE);

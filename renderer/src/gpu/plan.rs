@@ -6,7 +6,7 @@ use super::pipelines::{HIT_BYTES, Pixel, filled_buffer};
 use super::{BATCH, GpuError, GpuRenderer, Reads, upload};
 use crate::clip::Half;
 use crate::frame::{Frame, FrameLayer};
-use crate::roots::Solver;
+use crate::roots::{Method, Solver};
 use crate::scene::{Integrator, Mode, Normals, Scene};
 use crate::spans::BLOCK;
 use std::ops::Range;
@@ -14,7 +14,7 @@ use std::ops::Range;
 /// The passes of a picture.
 #[derive(Debug)]
 pub(super) struct Plan {
-    pub solver: Solver,
+    pub method: Method,
     /// What passes over each volume read.
     pub volumes: Vec<VolumeOnGpu>,
     /// For each volume.
@@ -97,14 +97,13 @@ impl GpuRenderer {
             return Err(GpuError::TooManyVolumes { count: scene.layers.len(), most: MOST_VOLUMES });
         }
         let mut volumes = Vec::new();
-        let finds_surfaces = matches!(scene.mode, Mode::Iso | Mode::Overlay) && !scene.is_transparent();
         // A volume without cells has nothing to walk, and a texture needs at least one brick.
         let layers: Vec<_> = frame.layers.iter().filter(|l| !l.surface.grid.is_flat()).collect();
         let pixels = blocks::seen(&layers);
         for layer in &layers {
             let volume = &layer.surface.volume;
-            let (samples, reads) = match scene.solver {
-                Solver::Filter if finds_surfaces => (self.filtered_texture(volume)?, Reads { component: "f32", in_layers: false }),
+            let (samples, reads) = match scene.method() {
+                Method::Solver(Solver::Filter) if scene.is_opaque() => (self.filtered_texture(volume)?, Reads { component: "f32", in_layers: false }),
                 _ => {
                     let (component, in_layers) = (upload::kind_of(volume.samples()).1, upload::has_layers(&self.gpu, volume));
                     (self.sample_texture(volume)?, Reads { component, in_layers })
@@ -184,6 +183,6 @@ impl GpuRenderer {
         let color = |l: &&FrameLayer| ShadeLayer { color: l.color.extend(l.opacity).to_array(), id: l.index as u32 + 1, padding: [0; 3] };
         let trace = layers.iter().enumerate().map(trace).collect();
         let colors = layers.iter().map(color).collect();
-        Ok(Plan { solver: scene.solver, volumes, trace, shade, colors, blocks: pixels, batch })
+        Ok(Plan { method: scene.method(), volumes, trace, shade, colors, blocks: pixels, batch })
     }
 }

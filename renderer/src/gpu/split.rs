@@ -6,7 +6,6 @@ use super::layout::TraceParams;
 use super::pipelines::hit_buffer;
 use super::{GpuError, GpuRenderer, Parts};
 use crate::frame::Frame;
-use crate::roots::Solver;
 use crate::scene::Scene;
 use crate::{SPLIT_ROUNDS, Split};
 use std::time::Instant;
@@ -37,7 +36,7 @@ impl GpuRenderer {
                 let limited = TraceParams { pass_number: params.pass_number + 1, only_nearest: 1, ..*params };
                 walking_ms += time(Parts::Walk, &limited)?;
                 // Fixed steps have no solver apart from what they fetch and interpolate.
-                fetched_ms += if matches!(scene.solver, Solver::Step(_)) { solved } else { time(Parts::Fetch, &limited)? };
+                fetched_ms += if plan.method.is_stepping() { solved } else { time(Parts::Fetch, &limited)? };
                 solved_ms += solved;
             }
         }

@@ -10,6 +10,7 @@ mod linear;
 mod marmitt;
 mod neubauer;
 mod segment_steps;
+pub(crate) mod spline;
 
 use crate::lanes::{Floats, Mask, Vecs, mix};
 use fearless_simd::Simd;
@@ -152,6 +153,22 @@ impl TryFrom<String> for Solver {
 impl From<Solver> for String {
     fn from(solver: Solver) -> Self {
         solver.to_string()
+    }
+}
+
+/// How surfaces are found within cells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Method {
+    /// Of the trilinear interpolant.
+    Solver(Solver),
+    /// Of the tricubic B-spline, of which the volume holds the coefficients.
+    Spline,
+}
+
+impl Method {
+    /// Whether steps of fixed length are taken through bricks, from no cell to another.
+    pub fn is_stepping(self) -> bool {
+        matches!(self, Self::Solver(Solver::Step(_)))
     }
 }
 

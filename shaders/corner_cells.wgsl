@@ -1,0 +1,5 @@
+// The solvers of the trilinear interpolant take the corner values of a cell.
+
+fn entry_in(way: Crossing) -> f32 {
+    return first_entry(way.lower, way.upper, way.start, way.end);
+}
