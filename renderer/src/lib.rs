@@ -31,7 +31,9 @@ pub use fearless_simd::Level as InstructionSet;
 pub use gpu::{GpuError, GpuRenderer};
 pub use occupancy::DistanceMap;
 pub use roots::{PerVoxel, Solver, Steps};
-pub use scene::{BACKGROUND, Color, CutFace, Integrator, Layer, Light, Mode, Normals, Picture, Reconstruction, Scene, Shell, Surface, Window};
+pub use scene::{
+    BACKGROUND, Color, CutFace, Integrator, Layer, Light, Mode, Normals, Picture, Reconstruction, Scene, Shell, Surface, Window,
+};
 pub use transfer::{Control, GradientPoint, Point, TransferFunction, Values, classify};
 
 use bregma_volume::{GridError, Volume};

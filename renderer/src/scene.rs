@@ -141,7 +141,7 @@ impl Color {
     }
 
     /// As light (linear RGB).
-    pub(crate) fn linear(self) -> Vec3 {
+    pub fn linear(self) -> Vec3 {
         Vec3::from(self.0.map(|c| if c <= 0.040_45 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }))
     }
 }

@@ -101,7 +101,8 @@ mod tests {
 
     fn volume(dims: [usize; 3], samples: Samples) -> Volume {
         let grid = Grid::new(dims, glam::DVec3::ONE, glam::DVec3::ZERO, glam::DMat3::IDENTITY).unwrap();
-        Volume::new("test".into(), "test", Raster { grid, samples, slope: 1.0, intercept: 0.0, unit: Unit::Value, warnings: vec![] }).unwrap()
+        Volume::new("test".into(), "test", Raster { grid, samples, slope: 1.0, intercept: 0.0, unit: Unit::Value, warnings: vec![] })
+            .unwrap()
     }
 
     #[test]

@@ -134,10 +134,18 @@ fn compare(v: &Volume, scene: &Scene, picture: &Picture, pixels: usize) -> Found
             }
             // A crossing that the reference passed over.
             (false, other) if other.is_none_or(|(t, _)| depth < t) => {
-                if spline.off(&ray, iso, depth) < 1e-3 { found.thin += 1 } else { found.false_ += 1 }
+                if spline.off(&ray, iso, depth) < 1e-3 {
+                    found.thin += 1
+                } else {
+                    found.false_ += 1
+                }
             }
             (_, Some((_, thickness))) => {
-                if thickness < 2.0 * STEP_VOXEL { found.thin += 1 } else { found.missed += 1 }
+                if thickness < 2.0 * STEP_VOXEL {
+                    found.thin += 1
+                } else {
+                    found.missed += 1
+                }
             }
             (false, None) => found.false_ += 1,
         }
@@ -232,7 +240,8 @@ fn both_backends_draw_the_same_spline() {
     let [mut cpu, mut gpu] = <[_; 2]>::try_from(backends()).ok().unwrap();
     let plane = Clip::all(Shape::Plane { normal: DVec3::new(0.3, -0.8, 0.52).normalize(), offset_mm: -1.0 });
     let (mut differ, mut all) = (0, 0);
-    for (mode, shadows, face) in [(Mode::Iso, true, CutFace::Bone), (Mode::Overlay, false, CutFace::Density), (Mode::Iso, false, CutFace::Blend)]
+    for (mode, shadows, face) in
+        [(Mode::Iso, true, CutFace::Bone), (Mode::Overlay, false, CutFace::Density), (Mode::Iso, false, CutFace::Blend)]
     {
         for clips in [vec![], vec![plane.clone()]] {
             (scene.mode, scene.shadows, scene.cut_face, scene.clips) = (mode, shadows, face, clips);

@@ -1,11 +1,9 @@
 //! Speed against accuracy of direct volume rendering: steps of several lengths against the exact integral.
 
 use super::Plan;
-use super::plot::{FONT, PNG_SCALE, fonts};
+use super::scatter::{Figure, Mark};
 use bregma_renderer::{Integrator, Mode, Picture, Renderer, Scene};
 use bregma_volume::{Progress, Volume};
-use plotters::prelude::*;
-use std::error::Error;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -87,71 +85,22 @@ pub fn csv(points: &[Point]) -> String {
     format!("integrator,backend,ms_per_frame,mean_difference_of_255,largest_difference_of_255\n{rows}")
 }
 
-/// Width and height of the figure, in its own units.
-const SIZE: (u32, u32) = (760, 560);
-
-/// The figure as SVG.
-pub fn svg(points: &[Point]) -> Result<String, Box<dyn Error>> {
-    fonts();
-    let mut text = String::new();
-    draw(&SVGBackend::with_string(&mut text, SIZE).into_drawing_area(), points, 1)?;
-    Ok(text)
-}
-
-/// The figure as RGB pixels, row by row, with its width and height.
-pub fn pixels(points: &[Point]) -> Result<(Vec<u8>, u32, u32), Box<dyn Error>> {
-    fonts();
-    let (width, height) = (SIZE.0 * PNG_SCALE, SIZE.1 * PNG_SCALE);
-    let mut rgb = vec![0; (width * height * 3) as usize];
-    draw(&BitMapBackend::with_buffer(&mut rgb, (width, height)).into_drawing_area(), points, PNG_SCALE as i32)?;
-    Ok((rgb, width, height))
+/// The figure.
+pub fn figure(points: &[Point]) -> Figure {
+    let mark = |p: &Point| Mark {
+        name: p.name.replace("steps:", ""),
+        backend: p.backend,
+        ms_per_frame: p.ms_per_frame,
+        off: p.mean_off.max(NOTHING),
+        is_joined: p.name != "exact",
+    };
+    Figure {
+        caption: "Direct volume rendering: steps against the exact integral",
+        off: "mean difference from exact, of 255",
+        legend: "points in a voxel's length, or exact",
+        marks: points.iter().map(mark).collect(),
+    }
 }
 
 /// Where a difference of nothing stands: a tenth of what one pixel of a million would make of one step.
 const NOTHING: f64 = 1e-3;
-
-fn draw<DB: DrawingBackend>(root: &DrawingArea<DB, plotters::coord::Shift>, points: &[Point], scale: i32) -> Result<(), Box<dyn Error>>
-where
-    DB::ErrorType: 'static,
-{
-    root.fill(&WHITE)?;
-    let font = |size: i32| (FONT, size * scale).into_font();
-    let times = || points.iter().map(|p| p.ms_per_frame);
-    let (fast, slow) = (times().fold(f64::INFINITY, f64::min) / 1.4, times().fold(0.0, f64::max) * 1.6);
-    let most = points.iter().map(|p| p.mean_off).fold(1.0, f64::max) * 1.6;
-    let mut chart = ChartBuilder::on(root)
-        .caption("Direct volume rendering: steps against the exact integral", font(20))
-        .margin(14 * scale)
-        .x_label_area_size(44 * scale)
-        .y_label_area_size(64 * scale)
-        .build_cartesian_2d((fast..slow).log_scale(), (NOTHING / 1.5..most).log_scale())?;
-    chart
-        .configure_mesh()
-        .x_labels(6)
-        .x_desc("ms a frame")
-        .y_desc("mean difference from exact, of 255")
-        .label_style(font(15))
-        .axis_desc_style(font(16))
-        .light_line_style(TRANSPARENT)
-        .draw()?;
-    for (backend, color) in [("cpu", RGBColor(0, 114, 178)), ("gpu", RGBColor(213, 94, 0))] {
-        let own: Vec<&Point> = points.iter().filter(|p| p.backend == backend).collect();
-        if own.is_empty() {
-            continue;
-        }
-        let place = |p: &Point| (p.ms_per_frame, p.mean_off.max(NOTHING));
-        let is_steps = |p: &&&Point| p.name != "exact";
-        chart.draw_series(LineSeries::new(own.iter().filter(is_steps).map(|p| place(p)), color.stroke_width(scale as u32)))?;
-        let named = own.iter().map(|p| {
-            let text = Text::new(p.name.replace("steps:", ""), (8 * scale, -6 * scale), font(14));
-            EmptyElement::at(place(p)) + Circle::new((0, 0), 4 * scale, color.filled()) + text
-        });
-        chart
-            .draw_series(named)?
-            .label(format!("{backend}; points in a voxel's length, or exact"))
-            .legend(move |(x, y)| Circle::new((x + 10 * scale, y), 4 * scale, color.filled()));
-    }
-    chart.configure_series_labels().label_font(font(15)).background_style(WHITE.mix(0.8)).draw()?;
-    root.present()?;
-    Ok(())
-}

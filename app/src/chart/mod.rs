@@ -4,11 +4,13 @@
 
 pub mod errors;
 pub mod integrals;
+pub mod normals;
 pub mod plot;
+pub mod scatter;
 pub mod table;
 
 use bregma_renderer::accuracy::{Counts, Quantiles, Tally, Truth, TruthError};
-use bregma_renderer::{Bounds, Camera, Mode, Picture, RenderError, Renderer, Scene, Solver, Split};
+use bregma_renderer::{Bounds, Camera, Mode, Picture, Reconstruction, RenderError, Renderer, Scene, Solver, Split};
 use bregma_volume::{Cancelled, Progress, Volume};
 use std::sync::Arc;
 use std::time::Instant;
@@ -183,7 +185,7 @@ impl Chart {
         let pictures = plan.cameras.len() as u64 * u64::from(plan.rounds + 1) + 1;
         progress.begin(plan.cameras.len() as u64 * u64::from(height) + PICTURE_ROWS * pictures * runs.len() as u64);
         // What is judged is the nearest surface, however surfaces are put together.
-        let mut scene = Scene { mode: Mode::Iso, ..scene.clone() };
+        let mut scene = Scene { mode: Mode::Iso, transparent: false, reconstruction: Reconstruction::Trilinear, ..scene.clone() };
         for camera in &plan.cameras {
             scene.camera = *camera;
             let truth = Truth::of(volumes, &scene, width, height, progress)?;

@@ -2,14 +2,15 @@
 
 use super::{CommandError, make_folder, open, print, set_each, with_progress};
 use crate::args::{Backend, ChartArgs};
-use crate::chart::{Chart, Plan, errors, integrals, orbit, plot, table};
+use crate::chart::{Chart, Plan, errors, integrals, normals, orbit, plot, table};
 use crate::input::{DEMO_SIZE, Opened};
 use crate::output::{write_figure, write_whole};
 use bregma_renderer::{CpuRenderer, GpuRenderer, RenderError, Renderer};
 
 /// Measures every solver over the orbit and writes chart.csv, chart.svg, chart.png and errors/SOLVER-BACKEND.png; and the integrators of direct
-/// volume rendering, with the layers' transfer functions, to integrals.csv, integrals.svg and integrals.png. Both backends take
-/// part where both are there, even a software driver, unless `--backend` names one.
+/// volume rendering, with the layers' transfer functions, to integrals.csv, integrals.svg and integrals.png; and the gradients that shade, on
+/// the demo's phantom, whose normals are known, to normals.csv, normals.svg and normals.png. Both backends take part where both are there, even a
+/// software driver, unless `--backend` names one.
 pub fn chart(args: &ChartArgs, backend: Backend) -> Result<(), CommandError> {
     let opened = if args.sources.0.is_empty() {
         let mut pair = with_progress("making the demo pair", |progress| Opened::demo(DEMO_SIZE, progress))?;
@@ -33,12 +34,17 @@ pub fn chart(args: &ChartArgs, backend: Backend) -> Result<(), CommandError> {
     }
     let dvr = |progress: &_| integrals::measure(&opened.volumes, &opened.scene, &plan, &mut machines, progress);
     let integrals = with_progress("integrating", dvr)?;
-    let csv = integrals::csv(&integrals);
-    write_whole(&args.out.join("integrals.csv"), csv.as_bytes())?;
-    write_whole(&args.out.join("integrals.svg"), integrals::svg(&integrals).map_err(unplotted)?.as_bytes())?;
-    write_figure(&args.out.join("integrals.png"), integrals::pixels(&integrals).map_err(unplotted)?)?;
-    let files = "chart.csv, chart.svg, chart.png, errors, integrals.csv, integrals.svg, integrals.png";
-    print(&format!("{}\n{csv}\n{}: {files}\n", table::text(&chart), args.out.display()))
+    let normals = with_progress("shading", |progress| normals::measure(args.frames, args.size, &mut machines, progress))?;
+    let tables = [("integrals", integrals::csv(&integrals)), ("normals", normals::csv(&normals))];
+    for ((name, csv), figure) in tables.iter().zip([integrals::figure(&integrals), normals::figure(&normals)]) {
+        let file = |extension| args.out.join(name).with_extension(extension);
+        write_whole(&file("csv"), csv.as_bytes())?;
+        write_whole(&file("svg"), figure.svg().map_err(unplotted)?.as_bytes())?;
+        write_figure(&file("png"), figure.pixels().map_err(unplotted)?)?;
+    }
+    let [integrals, normals] = tables.map(|(_, csv)| csv);
+    let files = "errors, and chart, integrals and normals, each .csv, .svg and .png";
+    print(&format!("{}\n{integrals}\n{normals}\n{}: {files}\n", table::text(&chart), args.out.display()))
 }
 
 fn machines(backend: Backend) -> Result<Vec<Box<dyn Renderer>>, CommandError> {

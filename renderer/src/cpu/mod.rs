@@ -606,7 +606,9 @@ fn normals<S: Simd>(
     kept: &Kept<S>,
 ) -> Vecs<S> {
     let surface = match scene.normals {
-        _ if scene.draws_spline() => spline::value_and_gradient(simd, &field.source.taps(field.dims, &hits.cell, hits.found), &hits.local).1,
+        _ if scene.draws_spline() => {
+            spline::value_and_gradient(simd, &field.source.taps(field.dims, &hits.cell, hits.found), &hits.local).1
+        }
         Normals::Smooth => field.source.smooth_gradient(simd, field.dims, &hits.cell, &hits.local, hits.found, &mut Around::unknown(simd)),
         Normals::Analytic => project::gradient(&field.corners(simd, &hits.cell, hits.found), &hits.local),
     };

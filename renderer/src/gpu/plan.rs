@@ -103,7 +103,9 @@ impl GpuRenderer {
         for layer in &layers {
             let volume = &layer.surface.volume;
             let (samples, reads) = match scene.method() {
-                Method::Solver(Solver::Filter) if scene.is_opaque() => (self.filtered_texture(volume)?, Reads { component: "f32", in_layers: false }),
+                Method::Solver(Solver::Filter) if scene.is_opaque() => {
+                    (self.filtered_texture(volume)?, Reads { component: "f32", in_layers: false })
+                }
                 _ => {
                     let (component, in_layers) = (upload::kind_of(volume.samples()).1, upload::has_layers(&self.gpu, volume));
                     (self.sample_texture(volume)?, Reads { component, in_layers })

@@ -193,12 +193,7 @@ fn most<S: Simd>(b: &Bernstein<S>) -> Floats<S> {
 #[inline(always)]
 fn weights_at<S: Simd>(x: Floats<S>) -> [[Floats<S>; 4]; 2] {
     let (y, sixth) = (1.0 - x, 1.0 / 6.0);
-    let weights = [
-        y * y * y * sixth,
-        ((3.0 * x - 6.0) * x * x + 4.0) * sixth,
-        ((3.0 * y - 6.0) * y * y + 4.0) * sixth,
-        x * x * x * sixth,
-    ];
+    let weights = [y * y * y * sixth, ((3.0 * x - 6.0) * x * x + 4.0) * sixth, ((3.0 * y - 6.0) * y * y + 4.0) * sixth, x * x * x * sixth];
     [weights, [-0.5 * y * y, (1.5 * x - 2.0) * x, (2.0 - 1.5 * y) * y, 0.5 * x * x]]
 }
 
@@ -292,7 +287,9 @@ mod tests {
             // (u − a)(u − b)(u − c)·(1 + u)⁶, negative before the first root, in Bernstein form of degree 9.
             let mut scaled = vec![1.0];
             let times = |scaled: &[f64], [at_0, at_1]: [f64; 2]| -> Vec<f64> {
-                (0..=scaled.len()).map(|n| scaled.get(n).map_or(0.0, |c| c * at_0) + if n > 0 { scaled[n - 1] * at_1 } else { 0.0 }).collect()
+                (0..=scaled.len())
+                    .map(|n| scaled.get(n).map_or(0.0, |c| c * at_0) + if n > 0 { scaled[n - 1] * at_1 } else { 0.0 })
+                    .collect()
             };
             roots.iter().for_each(|r| scaled = times(&scaled, [-r, 1.0 - r]));
             (0..6).for_each(|_| scaled = times(&scaled, [1.0, 2.0]));
