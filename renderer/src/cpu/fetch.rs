@@ -159,8 +159,10 @@ fn around(dims: [i32; 3], cell: [i32; 3]) -> [[usize; 4]; 3] {
 /// The samples from one before a cell to one behind it, but those at the corners of that block; at the grid's border the nearest.
 #[inline(always)]
 fn surroundings<T: Sample>(samples: &[T], dims: [i32; 3], cell: [i32; 3], mut put: impl FnMut([usize; 3], f32)) {
-    let [xs, ys, zs] = around(dims, cell);
     let [nx, ny] = [dims[0] as usize, dims[1] as usize];
+    let [xs, ys, zs] = around(dims, cell);
+    // Away from the border samples of a row lie side by side: one check for four of them.
+    let is_inner = xs[3] - xs[0] == 3;
     for z in 0..4 {
         for y in 0..4 {
             let row = (zs[z] * ny + ys[y]) * nx;
@@ -169,8 +171,15 @@ fn surroundings<T: Sample>(samples: &[T], dims: [i32; 3], cell: [i32; 3], mut pu
                 continue;
             }
             let columns = if y_outer || z_outer { 1..3 } else { 0..4 };
-            for x in columns {
-                put([x, y, z], samples[row + xs[x]].to_f32());
+            if is_inner {
+                let four = &samples[row + xs[0]..][..4];
+                for x in columns {
+                    put([x, y, z], four[x].to_f32());
+                }
+            } else {
+                for x in columns {
+                    put([x, y, z], samples[row + xs[x]].to_f32());
+                }
             }
         }
     }

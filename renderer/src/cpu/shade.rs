@@ -94,13 +94,33 @@ pub(super) fn phong<S: Simd>(
     let lambert = lit.select(cosine.max(zero), zero);
     let mirrored = axes!(a => 2.0 * cosine * normal[a] - toward[a]);
     let reflected = (-dot(&mirrored, view)).max(zero);
-    let (base, mut highlight) = (reflected.to_array(), [0.0; LANES]);
-    for lane in numbers(lit & lambert.simd_gt(zero) & reflected.simd_gt(zero)) {
-        highlight[lane] = base[lane].powf(light.shininess);
-    }
-    let highlight = light.specular * Floats::load_array(simd, highlight);
+    let shines = lit & lambert.simd_gt(zero) & reflected.simd_gt(zero);
+    let highlight = light.specular * shines.select(power(simd, reflected, light.shininess, shines), zero);
     axes!(a => color[a] * (light.ambient + light.diffuse * lambert) + highlight)
 }
+
+/// Numbers to the power of `exponent`, in the lanes of `of`.
+#[inline(always)]
+fn power<S: Simd>(simd: S, base: Floats<S>, exponent: f32, of: Mask<S>) -> Floats<S> {
+    if exponent.fract() == 0.0 && (0.0..=MOST_MULTIPLIED).contains(&exponent) {
+        // By squares, for all lanes at once.
+        let (mut rest, mut square, mut product) = (exponent as u32, base, Floats::splat(simd, 1.0));
+        while rest > 0 {
+            if rest & 1 == 1 {
+                product *= square;
+            }
+            square *= square;
+            rest >>= 1;
+        }
+        return product;
+    }
+    let (base, mut power) = (base.to_array(), [0.0; LANES]);
+    numbers(of).for_each(|lane| power[lane] = base[lane].powf(exponent));
+    Floats::load_array(simd, power)
+}
+
+/// Up to here multiplying is faster, and less than 1e-4 off.
+const MOST_MULTIPLIED: f32 = 1024.0;
 
 /// A premultiplied linear colour over the background, as sRGB bytes with straight alpha.
 pub(super) fn encode(color: Vec4, background: Vec4) -> [u8; 4] {
