@@ -55,7 +55,7 @@
                             }
                             let skin = params.skin_mm / mm_per_depth;
                             let normal = normal_behind_cut_LAYER(t_LAYER, walk_LAYER.pace.direction, u, s_node, skin);
-                            light[node] += own * lit(paint.rgb, normal, view, s_node);
+                            light[node] += own * lit(paint.rgb, normal, view, 1.0, s_node);
                             extinction[node] += own;
                             kept += own;
                         }

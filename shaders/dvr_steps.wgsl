@@ -24,7 +24,7 @@
                         paint.w = 1.0 - pow(max(1.0 - paint.w, CLEAREST), gradient_factor_LAYER(t_LAYER.way, u));
                     }
                     let normal = normal_behind_cut_LAYER(t_LAYER, walk_LAYER.pace.direction, u, s, params.skin_mm / mm_per_depth);
-                    sent += lit(paint.rgb, normal, view, s) * paint.w;
+                    sent += lit(paint.rgb, normal, view, 1.0, s) * paint.w;
                     clear *= 1.0 - paint.w;
                     weight += paint.w;
                     id = select(id, params_LAYER.id, id == 0u);

@@ -35,14 +35,15 @@ struct ShadeParams {
 // The same, read once; see trace.wgsl.
 var<private> params: ShadeParams;
 
-fn phong(color: vec3<f32>, normal: vec3<f32>, view: vec3<f32>, is_lit: bool) -> vec3<f32> {
+// Of a surface that a share of the light comes to.
+fn phong(color: vec3<f32>, normal: vec3<f32>, view: vec3<f32>, share: f32) -> vec3<f32> {
     let cosine = dot(normal, params.toward_light);
-    let lambert = select(0.0, max(cosine, 0.0), is_lit);
+    let lambert = max(cosine, 0.0) * share;
     let mirrored = 2.0 * cosine * normal - params.toward_light;
     var highlight = 0.0;
     let reflected = -dot(mirrored, view);
     if lambert > 0.0 && reflected > 0.0 {
-        highlight = pow(reflected, params.shininess);
+        highlight = pow(reflected, params.shininess) * share;
     }
     return color * (params.ambient + params.diffuse * lambert) + params.specular * highlight;
 }

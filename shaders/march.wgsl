@@ -18,12 +18,27 @@ fn put_behind(color: vec3<f32>, opacity: f32) {
     gathered += (1.0 - gathered.w) * opacity * vec4<f32>(color, 1.0);
 }
 
-// The colour of what has a linear colour and a normal at depth s, without shadows.
-fn lit(color: vec3<f32>, known: vec3<f32>, view: vec3<f32>, s: f32) -> vec3<f32> {
-    // Where there is no normal: seen from the front.
-    let normal = select(known, -view, all(known == vec3<f32>(0.0)));
-    return cued(phong(color, normal, view, dot(normal, params.toward_light) > 0.0), s);
+// Where there is no normal: seen from the front.
+fn known_normal(normal: vec3<f32>, view: vec3<f32>) -> vec3<f32> {
+    return select(normal, -view, all(normal == vec3<f32>(0.0)));
 }
+
+// The colour of what has a linear colour and a normal at depth s, where a share of the light comes.
+fn lit(color: vec3<f32>, normal: vec3<f32>, view: vec3<f32>, share: f32, s: f32) -> vec3<f32> {
+    return cued(phong(color, known_normal(normal, view), view, share), s);
+}
+
+// The share of the light that comes to a crossing at depth s: each surface on the way keeps of it what it keeps of all that lies behind it.
+// The twin of `share_of_light` in renderer/src/cpu/shadows.rs.
+fn share_of_light(pixel: vec2<u32>, s: f32) -> f32 {
+    var share = 1.0;
+    //EACH
+    share = let_through_LAYER(pixel, s, share);
+    //END
+    return select(0.0, share, share > DARK);
+}
+
+const DARK: f32 = 1e-3;
 
 // A number from 0 to 1 that looks like chance, for each pixel the same in every frame (O'Neill 2014, PCG).
 fn noise_at(pixel: vec2<u32>) -> f32 {

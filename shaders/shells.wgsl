@@ -38,7 +38,11 @@
                     first_s = s_LAYER;
                     first_id = params_LAYER.id;
                 }
-                put_behind(lit(base, normal, view, s_LAYER), paint.w);
+                var share = 1.0;
+                if SHADOWS && dot(known_normal(normal, view), params.toward_light) > 0.0 {
+                    share = share_of_light(pixel, s_LAYER);
+                }
+                put_behind(lit(base, normal, view, share, s_LAYER), paint.w);
                 t_LAYER.above += select(-1, 1, rises);
                 let fresh = at_entry_LAYER;
                 next_LAYER = next_crossing_LAYER(t_LAYER, next_LAYER.u, end_LAYER, fresh);

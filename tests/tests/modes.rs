@@ -7,7 +7,7 @@ use bregma::input::{Opened, Source};
 use bregma_measure::probe_cut;
 use bregma_renderer::{
     Bounds, Camera, Clip, Color, Control, CpuRenderer, CutFace, GpuRenderer, Integrator, Light, Mode, Normals, Picture, Projection, Ray,
-    Renderer, Scene, Shape, Shell, classify,
+    Reconstruction, Renderer, Scene, Shape, Shell, classify,
 };
 use bregma_tests::{Random, color_difference, data, volume};
 use bregma_volume::{Grid, IndexPoint, Progress, Samples, Volume, WorldPoint};
@@ -431,7 +431,9 @@ fn looks(volumes: &[Arc<Volume>]) -> Vec<(&'static str, Scene)> {
         let mut clear = Scene { transparent: true, ..base(Mode::Iso) };
         clear.layers[0].shells = vec![Shell { iso: 100.0, color: Color([0.9, 0.2, 0.2]), opacity: 0.3 }];
         clear.layers[1].inner_color = Some(Color([0.2, 0.3, 0.9]));
+        add("shells, shadows", Scene { shadows: true, ..clear.clone() });
         add("shells", clear);
+        add("spline, shadows", Scene { reconstruction: Reconstruction::Spline, shadows: true, ..base(Mode::Iso) });
         for integrator in [Integrator::Steps { per_voxel: 2.0, jitter: true }, Integrator::Exact] {
             add("dvr", Scene { integrator, ..base(Mode::Dvr) });
             add("dvr, faces", Scene { integrator, cut_face: CutFace::Density, ..base(Mode::Dvr) });

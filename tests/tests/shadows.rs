@@ -3,7 +3,8 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use bregma_renderer::{
-    Bounds, Camera, Color, CpuRenderer, GpuRenderer, Light, Mode, Picture, Projection, Ray, Renderer, Scene, Surface, reference,
+    Bounds, Camera, Clip, Color, CpuRenderer, GpuRenderer, Light, Mode, Picture, Projection, Ray, Renderer, Scene, Shape, Surface,
+    reference,
 };
 use bregma_synthetic::{Which, skull};
 use bregma_tests::{color_difference, volume};
@@ -155,5 +156,55 @@ fn both_surfaces_of_an_overlay_have_shadows() {
         }
         println!("{}: {behind} pixels through the transparent ball, {dark} of them on what lies in shadow", renderer.backend());
         assert!(dark > 100 && behind > dark, "{behind} {dark}");
+    }
+}
+
+#[test]
+fn opaque_shells_have_the_shadows_of_an_isosurface() {
+    // Fails if a crossing is forgotten, counted at its own start, or seen where cuts or the box close a surface.
+    let volumes = [Arc::new(skull(Which::A, 64, &Progress::default()).unwrap())];
+    let mut scene = Scene { shadows: true, ..white(&volumes, 30.0, 15.0) };
+    scene.layers[0].opacity = 1.0;
+    let plane = Clip::all(Shape::Plane { normal: DVec3::new(0.6, 0.0, 0.8), offset_mm: 0.0 });
+    for clips in [vec![], vec![plane]] {
+        scene.clips = clips;
+        for mut renderer in [Box::new(CpuRenderer::default()) as Box<dyn Renderer>, Box::new(GpuRenderer::new(true).unwrap())] {
+            let iso = renderer.render(&volumes, &scene, 240, 200).unwrap();
+            let shells = renderer.render(&volumes, &Scene { transparent: true, ..scene.clone() }, 240, 200).unwrap();
+            let unlike = iso.rgba.iter().zip(&shells.rgba).filter(|(a, b)| color_difference(**a, **b) > 2).count();
+            println!("{}: {unlike} of {} pixels differ by more than 2/255", renderer.backend(), iso.rgba.len());
+            assert!(unlike * 10_000 <= iso.rgba.len());
+        }
+    }
+}
+
+#[test]
+fn a_transparent_ball_lets_its_share_of_the_light_through() {
+    // Fails if a surface keeps more or less of the light than of what lies behind it: 60 % come through each of two.
+    let grid = || Grid::new([40; 3], DVec3::splat(0.5), DVec3::splat(-9.75), DMat3::IDENTITY).unwrap();
+    let volumes = [ball(grid(), 16.0, 0.0), ball(grid(), 8.0, 0.0)];
+    let mut scene = Scene { shadows: true, transparent: true, ..white(&volumes, 0.0, 0.0) };
+    scene.layers.iter_mut().for_each(|layer| layer.iso = 0.0);
+    scene.light.toward = glam::Vec3::new(-1.0, 0.3, 0.4);
+    scene.layers[0].opacity = 1.0;
+    scene.layers[1].transform = DAffine3::from_translation(14.0 * toward_light(&scene));
+    scene.camera.projection = Projection::Orthographic { height_mm: 40.0 };
+    let light = |picture: &Picture, n: usize| Color([f32::from(picture.rgba[n][0]) / 255.0; 3]).linear().x;
+    for mut renderer in [Box::new(CpuRenderer::default()) as Box<dyn Renderer>, Box::new(GpuRenderer::new(true).unwrap())] {
+        let mut with = |opacity| {
+            scene.layers[1].opacity = opacity;
+            renderer.render(&volumes, &scene, 200, 200).unwrap()
+        };
+        let [none, some, all] = [with(0.0), with(0.4), with(1.0)];
+        let (mut shaded, mut lit) = (0, 0);
+        // Of the first ball what is bright without the second one, and not seen through it.
+        for n in (0..none.rgba.len()).filter(|n| all.volume_id[*n] == 1 && light(&none, *n) > 0.3) {
+            let share = light(&some, n) / light(&none, n);
+            let expected = if light(&all, n) == 0.0 { 0.36 } else { 1.0 };
+            assert!((share - expected).abs() < 0.02, "{}: {share} instead of {expected} at {n}", renderer.backend());
+            *(if expected < 1.0 { &mut shaded } else { &mut lit }) += 1;
+        }
+        println!("{}: {shaded} in the ball's shadow, {lit} beside it", renderer.backend());
+        assert!(shaded > 100 && lit > 100);
     }
 }

@@ -39,8 +39,11 @@ pub fn show(ui: &mut Ui, scene: &mut Scene, volumes: &[Arc<Volume>], picture: Op
             let text = "Surfaces let those behind them show through; each volume may have several";
             ui.checkbox(&mut scene.transparent, "Transparent").on_hover_text(text);
         }
+        if matches!(scene.mode, Mode::Iso | Mode::Overlay) {
+            let text = "Surfaces keep the light from each other; transparent ones let through what they do of what lies behind them";
+            ui.checkbox(&mut scene.shadows, "Shadows").on_hover_text(text);
+        }
         if scene.is_opaque() {
-            ui.checkbox(&mut scene.shadows, "Shadows").on_hover_text("Surfaces keep the light from each other");
             let mut spline = scene.reconstruction == Reconstruction::Spline;
             let text = "Draws the tricubic B-spline through the samples instead of the trilinear interpolant, which is measured: smooth, slow, and \
                 another surface, for pictures";

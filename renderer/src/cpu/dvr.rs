@@ -92,7 +92,7 @@ pub(super) fn gather_steps<S: Simd>(
                 paint[3] = opacity_of(paint[3], factor, visible);
             }
             let normal = t.normal_behind_cut(simd, view, u, s, visible);
-            let lit = view.lit(simd, &axes!(a => paint[a]), &normal, s, visible);
+            let lit = view.lit(simd, &axes!(a => paint[a]), &normal, Floats::splat(simd, 1.0), s);
             let opacity = visible.select(paint[3], zero);
             // Of several volumes at one place each shows by its share of the opacity.
             color = axes!(a => color[a] + visible.select(lit[a], zero) * opacity);
@@ -286,7 +286,7 @@ fn integrated<S: Simd>(
                 own *= gradient_factor(simd, t, u, visible);
             }
             let normal = t.normal_behind_cut(simd, view, u, s, visible);
-            let lit = view.lit(simd, &axes!(a => paint[a]), &normal, s, visible);
+            let lit = view.lit(simd, &axes!(a => paint[a]), &normal, Floats::splat(simd, 1.0), s);
             light[n] = axes!(a => light[n][a] + visible.select(own * lit[a], zero));
             extinction[n] += own;
             kept += own;

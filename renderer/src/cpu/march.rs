@@ -176,6 +176,12 @@ impl<S: Simd> Traveller<'_, S> {
         length.simd_gt(0.0).select(u, Floats::splat(s.token(), 0.0))
     }
 
+    /// The depth where so much of the way through a cell is behind.
+    #[inline(always)]
+    pub fn depth(&self, u: Floats<S>) -> Floats<S> {
+        self.cell.s[0] + u * (self.cell.s[1] - self.cell.s[0])
+    }
+
     /// Normals in the world at u, toward the viewer, unit; zero where there is no gradient.
     #[inline(always)]
     pub fn normal(&mut self, simd: S, view: &View<'_, S>, u: Floats<S>, of: Mask<S>) -> Vecs<S> {

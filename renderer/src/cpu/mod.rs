@@ -10,6 +10,7 @@ mod pieces;
 mod project;
 mod segments;
 mod shade;
+mod shadows;
 mod shells;
 mod split;
 mod steps;
@@ -18,7 +19,6 @@ mod walk;
 use crate::camera::PixelAffine;
 use crate::frame::{Frame, FrameLayer, MapCache};
 use crate::lanes::{Doubles, Floats, Ints, LANES, Mask, Vecs, axes, dot, numbers};
-use crate::light_spans::LightSpans;
 use crate::roots::{Method, Solver, spline, trilinear};
 use crate::scene::{CutFace, Integrator, Mode, Normals, Picture, Scene};
 use crate::spans::BLOCK;
@@ -33,6 +33,7 @@ use glam::{Vec3, Vec4};
 use march::{lines_of, march, world_lines};
 use rayon::prelude::*;
 use shade::{Drawn, encode, face_color, nearest, phong};
+use shadows::shadowed;
 use shells::Gathered;
 use std::mem::discriminant;
 use std::sync::Arc;
@@ -260,6 +261,7 @@ fn gather<S: Simd>(simd: S, packet: &Packet, pixels: &Pixels<S>, view: &View<'_,
 struct View<'a, S: Simd> {
     frame: &'a Frame,
     scene: &'a Scene,
+    pixels: &'a Pixels<S>,
     /// Unit.
     direction: Vecs<S>,
     /// Length of a ray for each mm of depth.
@@ -269,28 +271,31 @@ struct View<'a, S: Simd> {
 
 impl<'a, S: Simd> View<'a, S> {
     #[inline(always)]
-    fn of(simd: S, frame: &'a Frame, scene: &'a Scene, pixels: &Pixels<S>) -> Self {
+    fn of(simd: S, frame: &'a Frame, scene: &'a Scene, pixels: &'a Pixels<S>) -> Self {
         let world = pixels.at(simd, &frame.world_rays.direction);
         let length = (world[0] * world[0] + world[1] * world[1] + world[2] * world[2]).sqrt();
-        Self { frame, scene, direction: normalized(&axes!(a => world[a].to_floats())), length, mm_per_depth: length.to_floats() }
+        Self { frame, scene, pixels, direction: normalized(&axes!(a => world[a].to_floats())), length, mm_per_depth: length.to_floats() }
     }
 
-    /// The colours of what has a colour (linear) and a normal at depth s, without shadows.
+    /// The colours of what has a colour (linear) and a normal at depth s, where a share of the light comes.
     #[inline(always)]
-    fn lit(&self, simd: S, color: &Vecs<S>, normal: &Vecs<S>, s: Floats<S>, of: Mask<S>) -> Vecs<S> {
-        let zero = Floats::splat(simd, 0.0);
+    fn lit(&self, simd: S, color: &Vecs<S>, normal: &Vecs<S>, share: Floats<S>, s: Floats<S>) -> Vecs<S> {
         simd.vectorize(
             #[inline(always)]
             || {
-                // Where there is no normal: seen from the front.
-                let unknown = dot(normal, normal).simd_eq(zero);
-                let normal = axes!(a => unknown.select(-self.direction[a], normal[a]));
+                let normal = self.known(simd, normal);
                 let toward = axes!(a => Floats::splat(simd, self.frame.toward_light[a]));
-                let lit = of & dot(&normal, &toward).simd_gt(zero);
-                let color = phong(simd, &self.scene.light, color, &normal, &self.direction, &toward, lit);
+                let color = phong(simd, &self.scene.light, color, &normal, &self.direction, &toward, share);
                 cued(simd, self.frame, &color, s)
             },
         )
+    }
+
+    /// Normals, where there are any; elsewhere what is seen is seen from the front.
+    #[inline(always)]
+    fn known(&self, simd: S, normal: &Vecs<S>) -> Vecs<S> {
+        let unknown = dot(normal, normal).simd_eq(Floats::splat(simd, 0.0));
+        axes!(a => unknown.select(-self.direction[a], normal[a]))
     }
 }
 
@@ -320,11 +325,11 @@ fn draw_band<S: Simd>(simd: S, frame: &Frame, scene: &Scene, band: Band<'_>) {
             continue;
         }
         let view = View::of(simd, frame, scene, &pixels);
-        let mut color = light(simd, frame, scene, &pixels, &first, &view.direction);
+        let mut color = light(simd, &view, &first);
         paint_faces(simd, scene, &hits, &first, &mut color);
         if scene.mode == Mode::Overlay {
             let second = nearest(simd, &hits, first.id);
-            let mut behind = light(simd, frame, scene, &pixels, &second, &view.direction);
+            let mut behind = light(simd, &view, &second);
             paint_faces(simd, scene, &hits, &second, &mut behind);
             let opacity = second.found.select(first.opacity, Floats::splat(simd, 1.0));
             color = axes!(a => color[a] * opacity + behind[a] * (1.0 - opacity));
@@ -527,60 +532,18 @@ fn paint_faces<S: Simd>(simd: S, scene: &Scene, hits: &[Drawn<S>], first: &Drawn
 
 /// The colours of what is drawn, where there is anything.
 #[inline(always)]
-fn light<S: Simd>(simd: S, frame: &Frame, scene: &Scene, pixels: &Pixels<S>, drawn: &Drawn<S>, view: &Vecs<S>) -> Vecs<S> {
-    // Where there is no normal: seen from the front.
-    let zero = Floats::splat(simd, 0.0);
-    let unknown = dot(&drawn.normal, &drawn.normal).simd_eq(zero);
-    let normal = axes!(a => unknown.select(-view[a], drawn.normal[a]));
-    let toward = axes!(a => Floats::splat(simd, frame.toward_light[a]));
-    let mut lit = drawn.found & !drawn.is_face & dot(&normal, &toward).simd_gt(zero);
-    if scene.shadows && lit.any_true() {
-        lit &= !shadowed(simd, frame, scene, pixels, drawn, lit);
-    }
-    let color = phong(simd, &scene.light, &drawn.color, &normal, view, &toward, lit);
-    cued(simd, frame, &color, drawn.s)
-}
-
-/// Which of the hits of `asked` have bone of any layer between them and the light.
-#[inline(always)]
-fn shadowed<S: Simd>(simd: S, frame: &Frame, scene: &Scene, pixels: &Pixels<S>, drawn: &Drawn<S>, asked: Mask<S>) -> Mask<S> {
-    let zero = Floats::splat(simd, 0.0);
-    let mut dark = Mask::splat(simd, false);
-    let toward = frame.toward_light.as_dvec3();
-    let seen = world_lines(simd, frame, pixels).at(drawn.s);
-    let to_light_in_world = Lines {
-        origin: axes!(a => seen[a] + Doubles::splat(simd, frame.shadow_start_mm * toward[a])),
-        direction: axes!(a => Doubles::splat(simd, toward[a])),
-    };
-    for layer in &frame.layers {
-        let field = field_of(layer, Source::Samples(layer.surface.volume.samples()));
-        let to_light = layer.to_light;
-        let seen = Lines { origin: pixels.at(simd, &layer.rays.origin), direction: pixels.at(simd, &layer.rays.direction) }.at(drawn.s);
-        let lines = Lines {
-            origin: axes!(a => seen[a] + Doubles::splat(simd, frame.shadow_start_mm * to_light[a])),
-            direction: axes!(a => Doubles::splat(simd, to_light[a])),
-        };
-        let kept = kept(simd, &layer.surface.region, &to_light_in_world);
-        let s_max = until_light(simd, &layer.light_spans, &axes!(a => seen[a].to_floats()), asked).min(kept.end);
-        let asked = asked & !dark & s_max.simd_gt(kept.begin);
-        if asked.any_true() {
-            let part = Part { begin: kept.begin, s_min: zero, s_max };
-            dark |= field.first_hits(simd, Some(scene.method()), &lines, &part, asked).found;
+fn light<S: Simd>(simd: S, view: &View<'_, S>, drawn: &Drawn<S>) -> Vecs<S> {
+    let (zero, one) = (Floats::splat(simd, 0.0), Floats::splat(simd, 1.0));
+    let mut share = one;
+    if view.scene.shadows {
+        let normal = view.known(simd, &drawn.normal);
+        let toward = axes!(a => Floats::splat(simd, view.frame.toward_light[a]));
+        let lit = drawn.found & !drawn.is_face & dot(&normal, &toward).simd_gt(zero);
+        if lit.any_true() {
+            share = shadowed(simd, view, drawn.s, lit).select(zero, one);
         }
     }
-    dark
-}
-
-/// How far from points in index space toward the light a surface can lie, mm.
-#[inline(always)]
-fn until_light<S: Simd>(simd: S, spans: &LightSpans, p: &Vecs<S>, of: Mask<S>) -> Floats<S> {
-    let m = spans.from_index.as_affine3();
-    let seen = axes!(a => p[0] * m.matrix3.x_axis[a] + p[1] * m.matrix3.y_axis[a] + p[2] * m.matrix3.z_axis[a] + m.translation[a]);
-    let block = |a: usize| seen[a].floor().max(0.0).min((spans.size[a] - 1) as f32).to_int::<Ints<S>>();
-    let number = (block(1) * spans.size[0] as i32 + block(0)).to_array();
-    let mut near = [0.0; LANES];
-    numbers(of).for_each(|lane| near[lane] = spans.near[number[lane] as usize]);
-    seen[2] - Floats::load_array(simd, near)
+    view.lit(simd, &drawn.color, &drawn.normal, share, drawn.s)
 }
 
 fn field_of<'a>(layer: &'a FrameLayer, source: Source<'a>) -> Field<'a> {

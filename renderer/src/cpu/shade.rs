@@ -77,8 +77,8 @@ const FIRST_IS_MORE: [f32; 3] = [0.698, 0.094, 0.169];
 const SECOND_IS_MORE: [f32; 3] = [0.129, 0.400, 0.674];
 const EQUAL: [f32; 3] = [0.969, 0.969, 0.969];
 
-/// The linear colours of surfaces of `color` (linear) with a `normal` toward the viewer, seen along `view` and, in the lanes of `lit`, lit
-/// from `toward`, all unit vectors in the world.
+/// The linear colours of surfaces of `color` (linear) with a `normal` toward the viewer, seen along `view` and lit from `toward`, all unit
+/// vectors in the world, by a `share` of the light.
 #[inline(always)]
 pub(super) fn phong<S: Simd>(
     simd: S,
@@ -87,15 +87,15 @@ pub(super) fn phong<S: Simd>(
     normal: &Vecs<S>,
     view: &Vecs<S>,
     toward: &Vecs<S>,
-    lit: Mask<S>,
+    share: Floats<S>,
 ) -> Vecs<S> {
     let zero = Floats::splat(simd, 0.0);
     let cosine = dot(normal, toward);
-    let lambert = lit.select(cosine.max(zero), zero);
+    let lambert = cosine.max(zero) * share;
     let mirrored = axes!(a => 2.0 * cosine * normal[a] - toward[a]);
     let reflected = (-dot(&mirrored, view)).max(zero);
-    let shines = lit & lambert.simd_gt(zero) & reflected.simd_gt(zero);
-    let highlight = light.specular * shines.select(power(simd, reflected, light.shininess, shines), zero);
+    let shines = lambert.simd_gt(zero) & reflected.simd_gt(zero);
+    let highlight = light.specular * share * shines.select(power(simd, reflected, light.shininess, shines), zero);
     axes!(a => color[a] * (light.ambient + light.diffuse * lambert) + highlight)
 }
 

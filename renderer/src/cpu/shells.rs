@@ -5,7 +5,8 @@
 use super::View;
 use super::march::{Stretch, Traveller, put_behind};
 use super::pieces::{Next, count, next, paint_of};
-use crate::lanes::{Floats, Ints, Mask, axes};
+use super::shadows::share_of_light;
+use crate::lanes::{Floats, Ints, Mask, axes, dot};
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
@@ -42,13 +43,13 @@ impl<S: Simd> Gathered<S> {
 }
 
 /// A crossing that is the next of its volume.
-struct Pending<S: Simd> {
-    u: Floats<S>,
-    s: Floats<S>,
-    there: Mask<S>,
-    rises: Mask<S>,
+pub(super) struct Pending<S: Simd> {
+    /// Of the way through the cell.
+    pub u: Floats<S>,
+    pub there: Mask<S>,
+    pub rises: Mask<S>,
     /// At the entry of the cell.
-    at_entry: Mask<S>,
+    pub at_entry: Mask<S>,
 }
 
 /// Gathers what is crossed along a stretch; says which rays need no more.
@@ -67,8 +68,8 @@ pub(super) fn gather<S: Simd>(
         .map(
             #[inline(always)]
             |t| {
-                let (of, u) = (t.covers(stretch), t.part(stretch.from));
-                first(simd, t, stretch, u, of, of & t.fresh)
+                let (of, ends) = (t.covers(stretch), [t.part(stretch.from), t.part(stretch.to)]);
+                first(simd, &t.layer.levels, &t.cubic, t.above, ends, of, of & t.fresh)
             },
         )
         .collect();
@@ -76,9 +77,10 @@ pub(super) fn gather<S: Simd>(
         // The nearest of each ray; of equal ones the first volume's.
         let (mut s, mut whose) = (far, Floats::splat(simd, -1.0));
         let mut any = none;
-        for (n, p) in pending.iter().enumerate() {
-            let nearer = p.there & (!any | p.s.simd_lt(s));
-            s = nearer.select(p.s, s);
+        for (n, (t, p)) in travellers.iter().zip(&pending).enumerate() {
+            let at = t.depth(p.u);
+            let nearer = p.there & (!any | at.simd_lt(s));
+            s = nearer.select(at, s);
             whose = nearer.select(Floats::splat(simd, n as f32), whose);
             any |= p.there;
         }
@@ -99,17 +101,27 @@ pub(super) fn gather<S: Simd>(
             let surface = t.normal(simd, view, p.u, now);
             let (closed, closing) = t.closing(simd, now & p.at_entry);
             let normal = axes!(a => closed.select(closing[a], surface[a]));
-            let color = view.lit(simd, &base, &normal, p.s, now);
+            let at = t.depth(p.u);
+            let mut share = Floats::splat(simd, 1.0);
+            if view.scene.shadows {
+                let normal = view.known(simd, &normal);
+                let toward = axes!(a => Floats::splat(simd, view.frame.toward_light[a]));
+                let lit = now & dot(&normal, &toward).simd_gt(0.0);
+                if lit.any_true() {
+                    share = share_of_light(simd, view, at, lit);
+                }
+            }
+            let color = view.lit(simd, &base, &normal, share, at);
             let is_first = now & all.id.simd_eq(0.0) & paint[3].simd_gt(0.0);
-            all.s = is_first.select(p.s, all.s);
+            all.s = is_first.select(at, all.s);
             all.id = is_first.select(Floats::splat(simd, (t.layer.index + 1) as f32), all.id);
             put_behind(&mut all.color, &color, paint[3], now);
             let one = Ints::splat(simd, 1);
             t.above = now.select(p.rises.select(t.above + one, t.above - one), t.above);
             let full = all.color[3].simd_ge(ENOUGH);
-            let following = first(simd, t, stretch, p.u, now & !full, now & p.at_entry);
+            let ends = [p.u, t.part(stretch.to)];
+            let following = first(simd, &t.layer.levels, &t.cubic, t.above, ends, now & !full, now & p.at_entry);
             p.u = now.select(following.u, p.u);
-            p.s = now.select(following.s, p.s);
             p.there = (p.there & !now) | following.there;
             p.rises = (p.rises & !now) | following.rises;
             p.at_entry = (p.at_entry & !now) | following.at_entry;
@@ -124,23 +136,29 @@ pub(super) fn gather<S: Simd>(
     }
 }
 
-/// The first crossing from u on, in the lanes of `of`; of these some are at the entry of their cells.
+/// The first crossing of a cell's cubic from `u` to `end`, in the lanes of `of`, where `above` levels lie at or below the value; some of these
+/// are at the entry of their cells.
 #[inline(always)]
-fn first<S: Simd>(simd: S, t: &Traveller<'_, S>, stretch: &Stretch<S>, mut u: Floats<S>, of: Mask<S>, fresh: Mask<S>) -> Pending<S> {
-    let levels = &t.layer.levels;
-    let (s0, length) = (t.cell.s[0], t.cell.s[1] - t.cell.s[0]);
+pub(super) fn first<S: Simd>(
+    simd: S,
+    levels: &[f32],
+    cubic: &[Floats<S>; 4],
+    above: Ints<S>,
+    [mut u, end]: [Floats<S>; 2],
+    of: Mask<S>,
+    fresh: Mask<S>,
+) -> Pending<S> {
     // Where a cell is entered on the other side of a level than the one before was left: at the box's face, a cut, or by rounding.
-    let at_start = count(simd, levels, t.cubic[0]);
-    let (mut there, mut rises) = (of & fresh & at_start.simd_ne(t.above), of & fresh & at_start.simd_gt(t.above));
+    let at_start = count(simd, levels, cubic[0]);
+    let (mut there, mut rises) = (of & fresh & at_start.simd_ne(above), of & fresh & at_start.simd_gt(above));
     let at_entry = there;
-    let end = t.part(stretch.to);
     let mut sought = of & !there & u.simd_lt(end);
     while sought.any_true() {
-        let Next { u: at, passes, rises: up } = next(simd, &t.cubic, levels, u, end, t.above, sought);
+        let Next { u: at, passes, rises: up } = next(simd, cubic, levels, u, end, above, sought);
         u = sought.select(at, u);
         there |= passes & sought;
         rises |= up & passes & sought;
         sought &= !passes & u.simd_lt(end);
     }
-    Pending { u, s: s0 + u * length, there, rises, at_entry }
+    Pending { u, there, rises, at_entry }
 }

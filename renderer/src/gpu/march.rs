@@ -19,7 +19,7 @@ use wgpu::{BindGroupEntry, BindingType, BufferUsages, SamplerBindingType, Textur
 /// What is done along the way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Gather {
-    Shells,
+    Shells { shadows: bool },
     Steps,
     Exact,
 }
@@ -28,7 +28,7 @@ impl Gather {
     /// What a scene asks for.
     pub fn of(scene: &Scene) -> Self {
         match scene.integrator {
-            _ if scene.is_transparent() => Self::Shells,
+            _ if scene.is_transparent() => Self::Shells { shadows: scene.shadows },
             Integrator::Steps { .. } => Self::Steps,
             Integrator::Exact => Self::Exact,
         }
@@ -42,7 +42,8 @@ const BINDINGS: u32 = 16;
 pub(super) fn source(volumes: &[Reads], gather: Gather) -> String {
     let each = volumes.iter().enumerate().map(|(n, reads)| own(&layer_source(*reads), n));
     let (integrate, begin, enough, shared) = match gather {
-        Gather::Shells => (wgsl!("shells"), "", "0.95", ""),
+        Gather::Shells { shadows: true } => (wgsl!("shells"), "", "0.95", "const SHADOWS = true;"),
+        Gather::Shells { shadows: false } => (wgsl!("shells"), "", "0.95", "const SHADOWS = false;"),
         Gather::Steps => (wgsl!("dvr_steps"), STEPS, "0.99", wgsl!("dvr")),
         Gather::Exact => (wgsl!("dvr_exact"), "", "0.9999", wgsl!("dvr")),
     };
@@ -74,6 +75,7 @@ fn layer_source(reads: Reads) -> String {
         wgsl!("blocks"),
         wgsl!("nearest"),
         wgsl!("trace"),
+        wgsl!("shadows"),
         wgsl!("pieces"),
         wgsl!("traveller"),
     ];

@@ -132,6 +132,7 @@ fn trace_source(reads: Reads, method: Method, parts: Parts) -> String {
         wgsl!("blocks"),
         wgsl!("nearest"),
         wgsl!("trace"),
+        wgsl!("shadows"),
         &project,
     ];
     parts.join("\n")
@@ -285,7 +286,9 @@ mod tests {
             }
         }
         let reads = |component, in_layers| Reads { component, in_layers };
-        for gather in [march::Gather::Shells, march::Gather::Steps, march::Gather::Exact] {
+        for gather in
+            [march::Gather::Shells { shadows: false }, march::Gather::Shells { shadows: true }, march::Gather::Steps, march::Gather::Exact]
+        {
             for volumes in [vec![reads("i32", true)], vec![reads("f32", false), reads("u32", true), reads("u32", true)]] {
                 let source = march::source(&volumes, gather);
                 let module = naga::front::wgsl::parse_str(&source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&source)));

@@ -1,0 +1,56 @@
+// What of the light comes to surfaces: none where an opaque one lies between, hard.
+// The twin of renderer/src/cpu/shadows.rs.
+
+// A line from what a pixel shows toward the light, and what cuts leave of it.
+struct ToLight {
+    line: Line,
+    part: Kept,
+}
+
+// From depth s, and a little nearer to the light.
+fn to_light(line: Line, world_line: Line, s: f32) -> ToLight {
+    let seen = line_at(line, s);
+    let seen_mm = line_at(world_line, s);
+    let start_mm = two_sum(seen_mm.hi, seen_mm.lo + params.shadow_start * params.toward_light);
+    return ToLight(
+        Line(two_sum(seen.hi, seen.lo + params.shadow_start * params.to_light.hi), params.to_light),
+        kept(Line(start_mm, Double(params.toward_light, vec3<f32>(0.0)))),
+    );
+}
+
+// Whether bone of this volume lies between what a pixel draws and the light.
+@compute @workgroup_size(64)
+fn shadow(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) n: u32) {
+    params = trace_params;
+    let block = blocks[group.x];
+    let index = group.x * BLOCK_PIXELS + n;
+    var dark = select(shadows[index], 0u, params.pass_number == 0u);
+    let pixel = block.pixel + pixel_in_block(n);
+    let line = line_of(pixel);
+    let world_line = world_line_of(pixel);
+    var drawn = nearest(index, NONE);
+    var bit = FIRST_IS_DARK;
+    while drawn != NONE {
+        let hit = hits[drawn * params.stride + index];
+        // What is turned away from the light has none; without a normal it is seen from the front.
+        let is_turned_away = dot(hit.xyz, params.toward_light) <= 0.0 && any(hit.xyz != vec3<f32>(0.0));
+        if (dark & bit) == 0u && !is_turned_away && hit.y != FACE {
+            let lit = to_light(line, world_line, hit.w);
+            let s_max = min(until_light(line_at(line, hit.w).hi), lit.part.end);
+            dark |= select(0u, bit, first_hit(lit.line, lit.part.begin, 0.0, s_max).met != MISSED);
+        }
+        if bit == SECOND_IS_DARK || params.only_nearest == 1u {
+            break;
+        }
+        drawn = nearest(index, drawn);
+        bit = SECOND_IS_DARK;
+    }
+    shadows[index] = dark;
+}
+
+// How far from a point in index space toward the light a surface can lie, mm.
+fn until_light(p: vec3<f32>) -> f32 {
+    let seen = params.to_light_spans * p + params.light_spans_origin;
+    let block = vec2<u32>(clamp(vec2<i32>(floor(seen.xy)), vec2<i32>(0), vec2<i32>(params.light_blocks) - 1));
+    return seen.z - light_spans[block.y * params.light_blocks.x + block.x];
+}
