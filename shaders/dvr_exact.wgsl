@@ -1,11 +1,6 @@
         // The integral along the stretch, piece by piece.
         // The twin of `gather_exactly` in renderer/src/cpu/dvr.rs, which says why each step is as it is.
         //EACH
-        if covers_LAYER && params_LAYER.shows_faces == 1u && is_at_cut_LAYER(t_LAYER) && t_LAYER.cubic.x >= 0.0 {
-            add(grey(t_LAYER.cubic.x * params_LAYER.brightness.x + params_LAYER.brightness.y), 1.0, from_s, params_LAYER.id);
-        }
-        //END
-        //EACH
         if covers_LAYER {
             t_LAYER.above = count_levels_LAYER(cubic_value_LAYER(t_LAYER.cubic, share_at_LAYER(t_LAYER.way, from_s)));
         }

@@ -1,10 +1,5 @@
         // Points that lie evenly apart along the stretch.
         // The twin of `gather_steps` in renderer/src/cpu/dvr.rs.
-        //EACH
-        if covers_LAYER && params_LAYER.shows_faces == 1u && is_at_cut_LAYER(t_LAYER) && t_LAYER.cubic.x >= 0.0 {
-            add(grey(t_LAYER.cubic.x * params_LAYER.brightness.x + params_LAYER.brightness.y), 1.0, from_s, params_LAYER.id);
-        }
-        //END
         step_number = max(step_number, ceil((from_s - first_step) / step_depth));
         while gathered.w < ENOUGH {
             let s = first_step + step_number * step_depth;

@@ -71,3 +71,45 @@ fn decode(color: vec3<f32>) -> vec3<f32> {
 fn grey(brightness: f32) -> vec3<f32> {
     return decode(vec3<f32>(clamp(brightness, 0.0, 1.0)));
 }
+
+const BLEND: u32 = 2u;
+const DIFFERENCE: u32 = 3u;
+const FIRST_IS_MORE: vec3<f32> = vec3<f32>(0.698, 0.094, 0.169);
+const SECOND_IS_MORE: vec3<f32> = vec3<f32>(0.129, 0.400, 0.674);
+const EQUAL: vec3<f32> = vec3<f32>(0.969, 0.969, 0.969);
+
+// The volumes that a cut goes through at one place.
+struct Faces {
+    count: u32,
+    // Their brightnesses in their colours, added.
+    sum: vec3<f32>,
+    // Of the first two.
+    brightnesses: vec2<f32>,
+}
+
+fn no_faces() -> Faces {
+    return Faces(0u, vec3<f32>(0.0), vec2<f32>(0.0));
+}
+
+fn add_face(cut: ptr<function, Faces>, brightness: f32, color: vec3<f32>) {
+    (*cut).sum += color * grey(brightness);
+    if (*cut).count == 0u {
+        (*cut).brightnesses.x = brightness;
+    } else if (*cut).count == 1u {
+        (*cut).brightnesses.y = brightness;
+    }
+    (*cut).count += 1u;
+}
+
+// Their colour where the nearest of them has a brightness of its `own`.
+fn color_of_faces(cut: Faces, own: f32) -> vec3<f32> {
+    if cut.count < 2u || params.cut_face < BLEND {
+        return grey(own);
+    }
+    if params.cut_face == BLEND {
+        return min(cut.sum, vec3<f32>(1.0));
+    }
+    let difference = clamp(cut.brightnesses.x - cut.brightnesses.y, -1.0, 1.0);
+    let end = select(SECOND_IS_MORE, FIRST_IS_MORE, difference > 0.0);
+    return decode(mix(EQUAL, end, abs(difference)));
+}

@@ -54,12 +54,26 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     let ray = params.view_base + f32(pixel.x) * params.view_per_x + f32(pixel.y) * params.view_per_y;
     let mm_per_depth = length(ray);
     let view = ray / mm_per_depth;
+    // The nearest face of a cut that shows values, where something is visible.
+    var until = ALL_FAR;
+    var own = 0.0;
+    var face_id = 0u;
     //EACH
     params_LAYER = trace_params_LAYER;
     var t_LAYER: Traveller_LAYER;
+    let line_LAYER = line_of_LAYER(pixel);
     t_LAYER.part = kept_LAYER(world_line_of_LAYER(pixel));
-    var walk_LAYER = begin_travel_LAYER(line_of_LAYER(pixel), t_LAYER.part, blocks_LAYER[group.x].span);
-    t_LAYER.open = walk_LAYER.s <= walk_LAYER.s_out;
+    let face_LAYER = face_of_LAYER(line_LAYER, t_LAYER.part);
+    if face_LAYER.is_face && face_LAYER.value >= 0.0 && t_LAYER.part.begin < until {
+        until = t_LAYER.part.begin;
+        own = brightness_of_LAYER(face_LAYER);
+        face_id = params_LAYER.id;
+    }
+    //END
+    //EACH
+    let part_LAYER = Kept_LAYER(t_LAYER.part.begin, min(t_LAYER.part.end, until), t_LAYER.part.is_cut, t_LAYER.part.normal);
+    var walk_LAYER = begin_travel_LAYER(line_LAYER, part_LAYER, blocks_LAYER[group.x].span);
+    t_LAYER.open = walk_LAYER.s <= walk_LAYER.s_out && part_LAYER.begin < until;
     //END
     var here = 0.0;
     //BEGIN
@@ -95,6 +109,19 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
             gathered = gathered / gathered.w;
             break;
         }
+    }
+    if face_id > 0u {
+        var cut = no_faces();
+        //EACH
+        if face_LAYER.is_face && t_LAYER.part.begin == until {
+            add_face(&cut, brightness_of_LAYER(face_LAYER), params_LAYER.color);
+        }
+        //END
+        if first_id == 0u {
+            first_s = until;
+            first_id = face_id;
+        }
+        put_behind(color_of_faces(cut, own), 1.0);
     }
     let all = gathered + params.background * (1.0 - gathered.w);
     var straight = vec3<f32>(0.0);

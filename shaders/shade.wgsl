@@ -27,42 +27,18 @@ fn light(index: u32, layer: u32, view: vec3<f32>, bit: u32) -> vec3<f32> {
     return cued(color, hits[layer * params.stride + index].w);
 }
 
-const BLEND: u32 = 2u;
-const DIFFERENCE: u32 = 3u;
-const FIRST_IS_MORE: vec3<f32> = vec3<f32>(0.698, 0.094, 0.169);
-const SECOND_IS_MORE: vec3<f32> = vec3<f32>(0.129, 0.400, 0.674);
-const EQUAL: vec3<f32> = vec3<f32>(0.969, 0.969, 0.969);
-
-// The colour of the face of a cut: of the brightnesses of the volumes that it cuts there.
+// The colour of the face of a cut.
 fn face_color(index: u32, drawn: u32) -> vec3<f32> {
     let own = hits[drawn * params.stride + index];
-    var sum = vec3<f32>(0.0);
-    var brightnesses = vec2<f32>(0.0);
-    var count = 0u;
-    if params.cut_face >= BLEND {
-        for (var l = 0u; l < params.passes; l++) {
-            // A plane's face is at the same depth in all of them.
-            let hit = hits[l * params.stride + index];
-            if hit.y == FACE && hit.w == own.w {
-                sum += layers[l].color.rgb * grey(hit.x);
-                if count == 0u {
-                    brightnesses.x = hit.x;
-                } else if count == 1u {
-                    brightnesses.y = hit.x;
-                }
-                count += 1u;
-            }
+    var cut = no_faces();
+    for (var l = 0u; l < params.passes; l++) {
+        // A plane's face is at the same depth in all of them.
+        let hit = hits[l * params.stride + index];
+        if hit.y == FACE && hit.w == own.w {
+            add_face(&cut, hit.x, layers[l].color.rgb);
         }
     }
-    if count < 2u {
-        return grey(own.x);
-    }
-    if params.cut_face == BLEND {
-        return min(sum, vec3<f32>(1.0));
-    }
-    let difference = clamp(brightnesses.x - brightnesses.y, -1.0, 1.0);
-    let end = select(SECOND_IS_MORE, FIRST_IS_MORE, difference > 0.0);
-    return decode(mix(EQUAL, end, abs(difference)));
+    return color_of_faces(cut, own.x);
 }
 
 @compute @workgroup_size(64)

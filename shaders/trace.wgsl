@@ -50,6 +50,8 @@ struct TraceParams {
     shows_faces: u32,
     brightness: vec2<f32>,
     inner: vec3<f32>,
+    // Linear colour.
+    color: vec3<f32>,
     // Gradients in index space to the world, in sample units per mm.
     gradient_to_world: mat3x3<f32>,
 }
@@ -85,7 +87,7 @@ fn trace(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     let part = kept(world_line_of(pixel));
     let face = face_of(line, part);
     if face.is_face {
-        hits[params.pass_number * params.stride + index] = vec4<f32>(face.brightness, FACE, 0.0, part.begin);
+        hits[params.pass_number * params.stride + index] = vec4<f32>(brightness_of(face), FACE, 0.0, part.begin);
         return;
     }
     let hit = first_hit(line, part.begin, block.span.x, min(s_max, part.end));
@@ -104,7 +106,12 @@ fn world_line_of(pixel: vec2<u32>) -> Line {
 // The face of a cut that shows values.
 struct Face {
     is_face: bool,
-    brightness: f32,
+    // Relative to the level, positive inside.
+    value: f32,
+}
+
+fn brightness_of(face: Face) -> f32 {
+    return face.value * params.brightness.x + params.brightness.y;
 }
 
 fn face_of(line: Line, part: Kept) -> Face {
@@ -118,7 +125,7 @@ fn face_of(line: Line, part: Kept) -> Face {
     }
     let cell = clamp(vec3<i32>(floor(p)), vec3<i32>(0), params.dims - 2);
     let local = clamp(relative_to(at, vec3<f32>(cell)), vec3<f32>(0.0), vec3<f32>(1.0));
-    return Face(true, value_in(cell, local) * params.brightness.x + params.brightness.y);
+    return Face(true, value_in(cell, local));
 }
 
 fn world_normal(hit: Hit, direction: vec3<f32>, part: Kept) -> vec3<f32> {

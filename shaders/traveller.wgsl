@@ -61,11 +61,6 @@ fn let_through(pixel: vec2<u32>, s: f32, share_before: f32) -> f32 {
     return share;
 }
 
-// Whether a ray has just come in through a cut.
-fn is_at_cut(t: Traveller) -> bool {
-    return t.fresh && t.part.is_cut && t.way.s.x == t.part.begin;
-}
-
 // How far of the way through its cell a ray is at depth s, 0 to 1.
 fn share_at(way: Crossing, s: f32) -> f32 {
     let length = way.s.y - way.s.x;

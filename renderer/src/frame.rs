@@ -166,14 +166,14 @@ impl Frame {
             let largest = normals.to_cols_array().iter().fold(0.0_f64, |m, c| m.max(c.abs()));
             let (map, masks) = maps.get(&surface);
             let begins_inside = !surface.region.is_all();
-            let shows_faces = begins_inside && scene.cut_face != CutFace::Bone && !scene.is_transparent();
+            let shows_faces = begins_inside && scene.cut_face != CutFace::Bone;
             let value_at_level = surface.volume.value_of(f64::from(surface.level as f32));
             let shown = Shown::of(scene, index, &surface, step_mm);
             let slope = surface.volume.slope().abs();
             FrameLayer {
                 index,
                 level: surface.level as f32,
-                spans: if shows_faces && scene.mode != Mode::Dvr {
+                spans: if shows_faces && scene.is_opaque() {
                     Spans::everywhere(far - base_mm + margin, [width, height])
                 } else {
                     Spans::of(&map, &masks, &surface.grid, &scene.camera, base_mm, [width, height], begins_inside)
@@ -184,7 +184,7 @@ impl Frame {
                 gradient_factors: shown.gradient_factors,
                 inner: scene.layers[index].inner_color.map(Color::linear),
                 shows_faces,
-                needs_cubic: shows_faces || scene.integrator == Integrator::Exact || scene.is_transparent(),
+                needs_cubic: scene.integrator == Integrator::Exact || scene.is_transparent(),
                 brightness: [slope / width_of_window, (value_at_level - window.level) / width_of_window + 0.5].map(|v| v as f32),
                 air: if surface.volume.unit() == Unit::Hounsfield { AIR_HU } else { surface.volume.range()[0] },
                 value_scale: slope,

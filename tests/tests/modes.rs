@@ -432,11 +432,14 @@ fn looks(volumes: &[Arc<Volume>]) -> Vec<(&'static str, Scene)> {
         clear.layers[0].shells = vec![Shell { iso: 100.0, color: Color([0.9, 0.2, 0.2]), opacity: 0.3 }];
         clear.layers[1].inner_color = Some(Color([0.2, 0.3, 0.9]));
         add("shells, shadows", Scene { shadows: true, ..clear.clone() });
+        for face in [CutFace::Density, CutFace::Blend, CutFace::Difference] {
+            add("shells, faces", Scene { cut_face: face, ..clear.clone() });
+            add("dvr, faces", Scene { cut_face: face, ..base(Mode::Dvr) });
+        }
         add("shells", clear);
         add("spline, shadows", Scene { reconstruction: Reconstruction::Spline, shadows: true, ..base(Mode::Iso) });
         for integrator in [Integrator::Steps { per_voxel: 2.0, jitter: true }, Integrator::Exact] {
             add("dvr", Scene { integrator, ..base(Mode::Dvr) });
-            add("dvr, faces", Scene { integrator, cut_face: CutFace::Density, ..base(Mode::Dvr) });
             let mut thin = Scene { integrator, background: None, ..base(Mode::Dvr) };
             for layer in &mut thin.layers {
                 let mut transfer = bregma_renderer::TransferFunction::bone();
@@ -453,6 +456,45 @@ fn looks(volumes: &[Arc<Volume>]) -> Vec<(&'static str, Scene)> {
         }
     }
     looks
+}
+
+#[test]
+fn a_cuts_face_is_the_same_in_every_mode_where_something_is_visible() {
+    // Fails if a face leaves out a volume that it cuts, stands where nothing is visible, or lets through what lies behind.
+    let volumes = [rough(4), rough(9)];
+    let plane = Clip::all(Shape::Plane { normal: DVec3::new(0.0, -1.0, 0.0), offset_mm: 2.0 });
+    let mut scene = Scene { clips: vec![plane], ..scene_of(&volumes, Mode::Iso) };
+    scene.layers.iter_mut().for_each(|l| (l.iso, l.opacity) = (60.0, 0.5));
+    for cut_face in [CutFace::Density, CutFace::Blend, CutFace::Difference] {
+        scene.cut_face = cut_face;
+        for renderer in [&mut CpuRenderer::default() as &mut dyn Renderer, &mut gpu()] {
+            let mut draw = |scene: Scene| renderer.render(&volumes, &scene, 120, 100).unwrap();
+            let all = draw(Scene { transparent: false, mode: Mode::Iso, ..scene.clone() });
+            for through in [Scene { transparent: true, ..scene.clone() }, Scene { mode: Mode::Dvr, ..scene.clone() }] {
+                let picture = draw(through.clone());
+                let lowest = |n: usize| match through.mode {
+                    Mode::Dvr => through.layers[n].controls(&volumes[n]).iter().map(|c| c.value).fold(f64::INFINITY, f64::min),
+                    _ => through.layers[n].iso,
+                };
+                let (mut same, mut beside) = (0, 0);
+                for n in 0..picture.rgba.len() {
+                    let ray = scene.camera.ray((n % 120) as f64, (n / 120) as f64, 120, 100);
+                    let p = ray.origin.0 + ray.direction * ((-2.0 - ray.origin.0.y) / ray.direction.y);
+                    let above = |n: usize| interpolant(&volumes[n], DAffine3::IDENTITY, p).map_or(f64::NEG_INFINITY, |v| v.0 - lowest(n));
+                    let most = above(0).max(above(1));
+                    // The density is that of the first volume that is visible.
+                    if (if cut_face == CutFace::Density { above(0) } else { most }) > 0.01 {
+                        same += 1;
+                        assert!(color_difference(picture.rgba[n], all.rgba[n]) <= 1, "{cut_face:?} {:?} pixel {n}", through.mode);
+                    } else if most < -0.01 && all.depth_mm[n].is_finite() {
+                        // What is seen lies behind the plane, or nothing does.
+                        beside += usize::from(!(picture.depth_mm[n] < all.depth_mm[n] + 1e-3));
+                    }
+                }
+                assert!(same > 500 && beside > 100, "{cut_face:?} {:?}: {same} {beside}", through.mode);
+            }
+        }
+    }
 }
 
 #[test]

@@ -7,16 +7,13 @@ use super::gauss::{NODES, UNTIL, WEIGHTS};
 use super::march::{Stretch, Traveller};
 use super::pieces::{count, next, paint_between};
 use super::project::world_gradient;
-use super::shade::face_color;
 use super::shells::Gathered;
 use crate::frame::FrameLayer;
 use crate::lanes::{Floats, Ints, LANES, Mask, Vecs, axes, dot, lerp, numbers};
 use crate::roots::cubic::value;
 use crate::roots::trilinear;
-use crate::scene::CutFace;
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
-use glam::Vec3;
 
 /// From here on steps do not look at what lies behind, and what they have gathered counts as opaque. At 0.95 that alone made a difference of
 /// 1/255 on average where steps are short, more than they did (docs/modes.md).
@@ -35,22 +32,6 @@ pub(super) struct Steps<S: Simd> {
     pub next: Floats<S>,
 }
 
-/// Puts the faces of cuts where a stretch begins, and something is visible: grey and opaque.
-#[inline(always)]
-fn put_faces<S: Simd>(simd: S, travellers: &[Traveller<'_, S>], stretch: &Stretch<S>, all: &mut Gathered<S>) {
-    for t in travellers.iter().filter(|t| t.layer.shows_faces) {
-        let of = t.covers(stretch) & t.is_at_cut() & t.cubic[0].simd_ge(0.0);
-        if !of.any_true() {
-            continue;
-        }
-        let [gain, offset] = t.layer.brightness;
-        let (brightness, mut grey) = ((t.cubic[0] * gain + offset).to_array(), [0.0; LANES]);
-        numbers(of).for_each(|lane| grey[lane] = face_color(CutFace::Density, &[(brightness[lane], Vec3::ONE)]).x);
-        let (grey, one) = (Floats::load_array(simd, grey), Floats::splat(simd, 1.0));
-        add(all, &[grey; 3], one, stretch.from, Floats::splat(simd, (t.layer.index + 1) as f32), of);
-    }
-}
-
 /// Gathers points that lie evenly apart along a stretch; says which rays need no more.
 #[inline(always)]
 pub(super) fn gather_steps<S: Simd>(
@@ -62,7 +43,6 @@ pub(super) fn gather_steps<S: Simd>(
     all: &mut Gathered<S>,
 ) -> Mask<S> {
     let zero = Floats::splat(simd, 0.0);
-    put_faces(simd, travellers, stretch, all);
     // Those that lie before are in what is empty.
     let number = ((stretch.from - steps.first) / steps.length).ceil();
     steps.next = stretch.of.select(steps.next.max(number), steps.next);
@@ -188,7 +168,6 @@ pub(super) fn gather_exactly<S: Simd>(
     stretch: &Stretch<S>,
     all: &mut Gathered<S>,
 ) -> Mask<S> {
-    put_faces(simd, travellers, stretch, all);
     for t in travellers.iter_mut() {
         let of = t.covers(stretch);
         t.above = of.select(count(simd, &t.layer.levels, value(&t.cubic, t.part(stretch.from))), t.above);

@@ -57,7 +57,7 @@ pub(super) fn world_lines<S: Simd>(simd: S, frame: &Frame, pixels: &Pixels<S>) -
     Lines { origin: pixels.at(simd, &frame.based_rays.origin), direction: pixels.at(simd, &frame.based_rays.direction) }
 }
 
-/// Goes through all volumes, and lets `integrate` take stretch by stretch, which says which rays need no more.
+/// Goes through all volumes up to the depths `until`, and lets `integrate` take stretch by stretch, which says which rays need no more.
 #[inline(always)]
 pub(super) fn march<'a, S: Simd>(
     simd: S,
@@ -65,6 +65,7 @@ pub(super) fn march<'a, S: Simd>(
     pixels: &Pixels<S>,
     [x, y]: [u32; 2],
     lines: &'a [Lines<S>],
+    until: Floats<S>,
     mut integrate: impl FnMut(&mut [Traveller<'a, S>], &Stretch<S>) -> Mask<S>,
 ) {
     let splat = |v| Floats::splat(simd, v);
@@ -78,9 +79,9 @@ pub(super) fn march<'a, S: Simd>(
         }
         let field = field_of(layer, Source::Samples(layer.surface.volume.samples()));
         let kept = kept(simd, &layer.surface.region, &world);
-        let s_max = splat(s_max).min(kept.end);
+        let s_max = splat(s_max).min(kept.end).min(until);
         let part = Part { begin: kept.begin, s_min: splat(s_min), s_max };
-        let (walk, open) = field.begin(simd, lines, &part, pixels.inside);
+        let (walk, open) = field.begin(simd, lines, &part, pixels.inside & kept.begin.simd_lt(until));
         let (cell, cubic, above) = (Crossing::nowhere(simd), [splat(0.0); 4], Ints::splat(simd, 0));
         travellers.push(Traveller {
             layer,
@@ -154,12 +155,6 @@ impl<S: Simd> Traveller<'_, S> {
             self.has |= arrived;
             self.fresh |= arrived;
         }
-    }
-
-    /// Which rays have just come in through a cut.
-    #[inline(always)]
-    pub fn is_at_cut(&self) -> Mask<S> {
-        self.has & self.fresh & self.kept.is_cut & self.cell.s[0].simd_eq(self.kept.begin)
     }
 
     /// Which rays are in a cell all along a stretch.

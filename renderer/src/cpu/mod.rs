@@ -37,7 +37,7 @@ use shadows::shadowed;
 use shells::Gathered;
 use std::mem::discriminant;
 use std::sync::Arc;
-use walk::{Field, Hits, Lines, Part};
+use walk::{FAR, Field, Hits, Lines, Part};
 
 /// Draws on the CPU. Keeps what stays valid between frames: the maps of the surfaces drawn last.
 #[derive(Debug)]
@@ -211,50 +211,83 @@ fn is_empty([s_min, s_max]: [f32; 2]) -> bool {
 fn gather<S: Simd>(simd: S, packet: &Packet, pixels: &Pixels<S>, view: &View<'_, S>, y0: u32) -> Gathered<S> {
     let View { frame, scene, .. } = *view;
     let lines: Vec<Lines<S>> = frame.layers.iter().map(|layer| lines_of(simd, layer, pixels)).collect();
+    let faces = faces(simd, view, &lines);
+    let face = nearest(simd, &faces, Floats::splat(simd, 0.0));
+    let until = face.found.select(face.s, Floats::splat(simd, FAR));
     let block = [packet.x0, y0];
     let mut all = Gathered::nothing(simd);
-    if scene.is_transparent() {
+    let enough = if scene.is_transparent() {
         march(
             simd,
             frame,
             pixels,
             block,
             &lines,
+            until,
             #[inline(always)]
             |travellers, stretch| shells::gather(simd, view, travellers, stretch, &mut all),
         );
-        return all.filled(shells::ENOUGH);
+        shells::ENOUGH
+    } else if let Integrator::Steps { jitter, .. } = scene.integrator {
+        let length = frame.step_mm / view.mm_per_depth;
+        // Without jitter in the middle of the first step.
+        let start = if jitter { pixels.noise(simd) } else { Floats::splat(simd, 0.5) };
+        let mut steps = dvr::Steps { length, first: start * length, next: Floats::splat(simd, 0.0) };
+        march(
+            simd,
+            frame,
+            pixels,
+            block,
+            &lines,
+            until,
+            #[inline(always)]
+            |travellers, stretch| dvr::gather_steps(simd, view, travellers, stretch, &mut steps, &mut all),
+        );
+        dvr::ENOUGH_IN_STEPS
+    } else {
+        march(
+            simd,
+            frame,
+            pixels,
+            block,
+            &lines,
+            until,
+            #[inline(always)]
+            |travellers, stretch| dvr::gather_exactly(simd, view, travellers, stretch, &mut all),
+        );
+        dvr::ENOUGH_EXACTLY
+    };
+    let mut all = all.filled(enough);
+    if face.found.any_true() {
+        let mut color = [Floats::splat(simd, 0.0); 3];
+        paint_faces(simd, scene, &faces, &face, &mut color);
+        all.put_face(simd, &color, &face);
     }
-    match scene.integrator {
-        Integrator::Exact => {
-            march(
-                simd,
-                frame,
-                pixels,
-                block,
-                &lines,
-                #[inline(always)]
-                |travellers, stretch| dvr::gather_exactly(simd, view, travellers, stretch, &mut all),
-            );
-            all.filled(dvr::ENOUGH_EXACTLY)
-        }
-        Integrator::Steps { jitter, .. } => {
-            let length = frame.step_mm / view.mm_per_depth;
-            // Without jitter in the middle of the first step.
-            let start = if jitter { pixels.noise(simd) } else { Floats::splat(simd, 0.5) };
-            let mut steps = dvr::Steps { length, first: start * length, next: Floats::splat(simd, 0.0) };
-            march(
-                simd,
-                frame,
-                pixels,
-                block,
-                &lines,
-                #[inline(always)]
-                |travellers, stretch| dvr::gather_steps(simd, view, travellers, stretch, &mut steps, &mut all),
-            );
-            all.filled(dvr::ENOUGH_IN_STEPS)
-        }
+    all
+}
+
+/// The faces of cuts that show values: of all volumes, of which those are found that a transfer function or a surface makes visible there.
+#[inline(always)]
+fn faces<S: Simd>(simd: S, view: &View<'_, S>, lines: &[Lines<S>]) -> Vec<Drawn<S>> {
+    let View { frame, scene, pixels, .. } = *view;
+    let mut faces = vec![];
+    for (layer, lines) in frame.layers.iter().zip(lines).filter(|(layer, _)| layer.shows_faces) {
+        let field = field_of(layer, Source::Samples(layer.surface.volume.samples()));
+        let kept = kept(simd, &layer.surface.region, &world_lines(simd, frame, pixels));
+        let face = face_of(simd, scene, layer, &field, lines, &kept, pixels.inside);
+        let zero = Floats::splat(simd, 0.0);
+        faces.push(Drawn {
+            found: face.is & face.value.simd_ge(zero),
+            s: kept.begin,
+            normal: [zero; 3],
+            color: axes!(a => Floats::splat(simd, layer.color[a])),
+            opacity: zero,
+            id: Floats::splat(simd, (layer.index + 1) as f32),
+            is_face: face.is,
+            brightness: face.brightness(layer),
+        });
     }
+    faces
 }
 
 /// How a packet's pixels look into the world.
@@ -461,14 +494,23 @@ fn trace<S: Simd>(
         opacity: splat(layer.opacity),
         id,
         is_face: face.is,
-        brightness: face.brightness,
+        brightness: face.brightness(layer),
     })
 }
 
 /// Where cuts show the values of a volume.
 struct Face<S: Simd> {
     is: Mask<S>,
-    brightness: Floats<S>,
+    /// Relative to the level, positive inside.
+    value: Floats<S>,
+}
+
+impl<S: Simd> Face<S> {
+    #[inline(always)]
+    fn brightness(&self, layer: &FrameLayer) -> Floats<S> {
+        let [gain, offset] = layer.brightness;
+        self.value * gain + offset
+    }
 }
 
 #[inline(always)]
@@ -481,7 +523,7 @@ fn face_of<S: Simd>(
     kept: &Kept<S>,
     of: Mask<S>,
 ) -> Face<S> {
-    let none = Face { is: Mask::splat(simd, false), brightness: Floats::splat(simd, 0.0) };
+    let none = Face { is: Mask::splat(simd, false), value: Floats::splat(simd, 0.0) };
     if !layer.shows_faces || layer.surface.grid.is_flat() {
         return none;
     }
@@ -505,8 +547,7 @@ fn face_of<S: Simd>(
                 }
                 Method::Solver(_) => trilinear(&field.corners(simd, &cell, is), &local),
             };
-            let [gain, offset] = layer.brightness;
-            Face { is, brightness: value * gain + offset }
+            Face { is, value }
         },
     )
 }

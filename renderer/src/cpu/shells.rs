@@ -5,8 +5,9 @@
 use super::View;
 use super::march::{Stretch, Traveller, put_behind};
 use super::pieces::{Next, count, next, paint_of};
+use super::shade::Drawn;
 use super::shadows::share_of_light;
-use crate::lanes::{Floats, Ints, Mask, axes, dot};
+use crate::lanes::{Floats, Ints, Mask, Vecs, axes, dot};
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
@@ -27,6 +28,15 @@ impl<S: Simd> Gathered<S> {
     pub fn nothing(simd: S) -> Self {
         let zero = Floats::splat(simd, 0.0);
         Self { color: [zero; 4], s: zero, id: zero }
+    }
+
+    /// The face of a cut, opaque, behind all that is gathered.
+    #[inline(always)]
+    pub fn put_face(&mut self, simd: S, color: &Vecs<S>, face: &Drawn<S>) {
+        let is_first = face.found & self.id.simd_eq(0.0);
+        self.s = is_first.select(face.s, self.s);
+        self.id = is_first.select(face.id, self.id);
+        put_behind(&mut self.color, color, Floats::splat(simd, 1.0), face.found);
     }
 
     /// What is opaque enough is opaque.

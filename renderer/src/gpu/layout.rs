@@ -68,6 +68,7 @@ pub(super) struct TraceParams {
     pub brightness: [f32; 2],
     pub padding_after: [u32; 2],
     pub inner: [f32; 4],
+    pub color: [f32; 4],
     pub gradient_to_world: [[f32; 4]; 3],
 }
 
@@ -207,6 +208,7 @@ mod tests {
                 shows_faces,
                 brightness,
                 inner,
+                color,
                 gradient_to_world
             ]
         );

@@ -159,6 +159,7 @@ impl GpuRenderer {
             brightness: layer.brightness,
             padding_after: [0; 2],
             inner: padded(layer.inner.unwrap_or_default()),
+            color: padded(layer.color),
             gradient_to_world: padded_matrix(layer.gradient_to_world),
         };
         let view = frame.world_rays.direction;
