@@ -2,11 +2,13 @@
 
 use bregma_renderer::{Picture, RenderError, Renderer, Scene};
 use bregma_volume::Volume;
+use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 use std::sync::Arc;
 
 /// How the pictures of the first two visible scans are put together.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Compare {
     /// Not at all: one picture of all scans.
     #[default]
@@ -34,6 +36,11 @@ pub enum Compare {
 pub type Part = (Scene, [u32; 2]);
 
 impl Compare {
+    /// Whether nothing is compared.
+    pub fn is_off(&self) -> bool {
+        *self == Self::Off
+    }
+
     /// The pictures to draw for one of `width`×`height` pixels: one for each of the first two visible scans, or one of all where there are
     /// not two or nothing is compared.
     pub fn parts(self, scene: &Scene, [width, height]: [u32; 2]) -> Vec<Part> {

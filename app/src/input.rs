@@ -1,6 +1,7 @@
 //! From what the person names to what is drawn: files with their registration, a session, or the built-in pair.
 
-use bregma_renderer::{Layer, Scene};
+use crate::compare::Compare;
+use bregma_renderer::{Clip, Layer, Scene};
 use bregma_synthetic::Which;
 use bregma_volume::formats::{self, Hints, OpenError, Reduce, Scan, Uneven};
 use bregma_volume::{Cancelled, Progress, TransformError, Volume, read_transform};
@@ -48,6 +49,9 @@ pub struct Session {
     /// Landmarks.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub landmarks: Vec<Landmark>,
+    /// How the scans are compared.
+    #[serde(default, skip_serializing_if = "Compare::is_off")]
+    pub compare: Compare,
 }
 
 /// A point on a surface.
@@ -74,6 +78,8 @@ pub struct Opened {
     pub measurements: Vec<serde_json::Value>,
     /// Landmarks of a session.
     pub landmarks: Vec<Landmark>,
+    /// How the scans are compared.
+    pub compare: Compare,
 }
 
 /// Why nothing was opened. Each sentence names the file.
@@ -111,7 +117,7 @@ impl Opened {
     /// `volumes` in the scene that they open with.
     pub fn new(sources: Vec<Source>, volumes: Vec<Arc<Volume>>) -> Self {
         let scene = Scene::of(&volumes);
-        Self { sources, volumes, scene, from_session: false, measurements: vec![], landmarks: vec![] }
+        Self { sources, volumes, scene, from_session: false, measurements: vec![], landmarks: vec![], compare: Compare::Off }
     }
 
     /// The built-in demo pair.
@@ -139,11 +145,17 @@ impl Opened {
             }
         }
         match sessions.pop() {
-            Some(only) if only.volumes.len() == opened.volumes.len() => {
+            Some((_, only)) if only.volumes.len() == opened.volumes.len() => {
                 (opened.scene, opened.from_session) = (only.scene, true);
-                (opened.measurements, opened.landmarks) = (only.measurements, only.landmarks);
+                (opened.measurements, opened.landmarks, opened.compare) = (only.measurements, only.landmarks, only.compare);
             }
-            _ => opened.look_from_the_front(),
+            last => {
+                // Each cuts its own scans as before.
+                for (first, session) in sessions.iter().chain(&last) {
+                    opened.scene.clips.extend(session.scene.clips.iter().map(|clip| clip.moved(*first, session.volumes.len())));
+                }
+                opened.look_from_the_front();
+            }
         }
         Ok(opened)
     }
@@ -151,6 +163,8 @@ impl Opened {
     /// Adds what another reading brought, as layers of this scene; the view stays.
     pub fn add(&mut self, other: Self) {
         let count = self.volumes.len() + other.volumes.len();
+        let cuts = other.scene.clips.iter().map(|clip| clip.moved(self.volumes.len(), other.volumes.len()));
+        self.scene.clips.extend(cuts);
         for (n, (volume, layer)) in other.volumes.iter().zip(other.scene.layers).enumerate() {
             let fresh = Layer::new(volume, self.volumes.len() + n, count);
             self.scene.layers.push(Layer { color: fresh.color, ..layer });
@@ -195,8 +209,9 @@ impl Source {
 /// A scan, and the layer that a session has for it.
 type Expanded = (Source, Option<Layer>);
 
-/// The scans that are named, those of sessions among them, and the sessions. Files of one series name one scan.
-fn expand(sources: &[Source], progress: &Progress) -> Result<(Vec<Expanded>, Vec<Session>), InputError> {
+/// The scans that are named, those of sessions among them, and the sessions, each with the number of its first scan. Files of one series name
+/// one scan.
+fn expand(sources: &[Source], progress: &Progress) -> Result<(Vec<Expanded>, Vec<(usize, Session)>), InputError> {
     let (mut expanded, mut sessions) = (vec![], vec![]);
     let mut named = HashSet::new();
     let place = |file: &Path| std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
@@ -213,8 +228,9 @@ fn expand(sources: &[Source], progress: &Progress) -> Result<(Vec<Expanded>, Vec
                 expanded.push((source.clone(), None));
             }
             Some(session) => {
+                let first = expanded.len();
                 expanded.extend(session.volumes.iter().cloned().zip(session.scene.layers.iter().cloned().map(Some)));
-                sessions.push(session);
+                sessions.push((first, session));
             }
         }
     }
@@ -269,6 +285,13 @@ impl Session {
         if session.scene.layers.iter().any(|l| !l.transform.is_finite() || l.transform.matrix3.determinant() == 0.0) {
             return Err(fail("one of its transforms cannot be inverted".into()));
         }
+        for transfer in session.scene.layers.iter().filter_map(|l| l.transfer.clone()) {
+            let name = transfer.name.clone();
+            transfer.checked().map_err(|e| fail(format!("its transfer function {name} {e}")))?;
+        }
+        if !session.scene.clips.iter().all(Clip::is_sound) {
+            return Err(fail("one of its cuts has a direction without length, or no size".into()));
+        }
         let folder = file.parent().unwrap_or(Path::new(""));
         for volume in &mut session.volumes {
             if let Some(Err(e)) = volume.raw.as_ref().map(|text| text.parse::<formats::RawLayout>()) {
@@ -293,6 +316,7 @@ impl Session {
             scene: opened.scene.clone(),
             measurements: opened.measurements.clone(),
             landmarks: opened.landmarks.clone(),
+            compare: opened.compare,
         }
     }
 }

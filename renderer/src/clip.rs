@@ -62,6 +62,22 @@ impl Clip {
         Some(Self::all(Shape::Plane { normal, offset_mm: normal.dot(a) }))
     }
 
+    /// The same cut, where the `count` layers that it belonged to are those from `first` on.
+    pub fn moved(&self, first: usize, count: usize) -> Self {
+        let own = self.layers.clone().unwrap_or_else(|| (0..count).collect());
+        Self { layers: Some(own.into_iter().map(|n| n + first).collect()), ..self.clone() }
+    }
+
+    /// Whether every number of it is one, and its directions are unit.
+    pub fn is_sound(&self) -> bool {
+        let is_unit = |v: DVec3| (v.length() - 1.0).abs() < 1e-6;
+        match self.shape {
+            Shape::Plane { normal, offset_mm } => is_unit(normal) && offset_mm.is_finite(),
+            Shape::Box { low_mm, high_mm } => low_mm.is_finite() && high_mm.is_finite(),
+            Shape::Cylinder { centre_mm, axis, radius_mm } => centre_mm.is_finite() && is_unit(axis) && radius_mm > 0.0,
+        }
+    }
+
     /// Whether it cuts the layer of number `index`.
     pub fn cuts(&self, index: usize) -> bool {
         self.enabled && self.layers.as_ref().is_none_or(|layers| layers.contains(&index))

@@ -113,7 +113,8 @@ impl TransferFunction {
         Ok(Self { name: name.into(), values: Values::Scan, over_mm: None, points, gradient: vec![] })
     }
 
-    fn checked(self) -> Result<Self, String> {
+    /// The same, or the reason why it cannot be used.
+    pub fn checked(self) -> Result<Self, String> {
         let ascending = |v: &[f64]| v.windows(2).all(|pair| pair[0] < pair[1]) && v.iter().all(|v| v.is_finite());
         let share = |v: f64| (0.0..=1.0).contains(&v);
         if self.points.is_empty() {

@@ -23,7 +23,7 @@ pub fn render(args: &RenderArgs, backend: Backend) -> Result<(), CommandError> {
         return Err(CommandError::Usage("--values are those of --mode max, mean or xray: ask for one of these".into()));
     }
     let (width, height) = args.size;
-    let compare = args.compare.unwrap_or_default();
+    let compare = args.compare.unwrap_or(opened.compare);
     let visible = opened.scene.layers.iter().filter(|layer| layer.visible).count();
     if compare != Compare::Off && visible < 2 {
         return Err(CommandError::Usage(format!("--compare is of two scans; {visible} is visible: name another one")));

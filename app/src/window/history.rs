@@ -1,4 +1,4 @@
-//! Undo and redo: a stack of what the person made, without the camera.
+//! Undo and redo: a stack of what the person made, without the camera and how scans are compared.
 
 use super::measured::Measured;
 use super::same_scans;
@@ -81,9 +81,10 @@ impl History {
     }
 
     fn restore(&self, work: &mut Work) {
-        let (camera, selected, count) = (work.opened.scene.camera, work.measured.selected, work.measured.rays.len());
+        let (camera, compare) = (work.opened.scene.camera, work.opened.compare);
+        let (selected, count) = (work.measured.selected, work.measured.rays.len());
         *work = self.present.clone();
-        work.opened.scene.camera = camera;
+        (work.opened.scene.camera, work.opened.compare) = (camera, compare);
         // What is shown stays shown, unless a ray came or went.
         if work.measured.rays.len() == count {
             work.measured.selected = selected;

@@ -167,7 +167,7 @@ impl Workstation {
 
     /// How scans are compared.
     pub fn compare(&self) -> Compare {
-        self.view.compare
+        self.work.opened.compare
     }
 
     /// The statistics of the finished map of thickness.
@@ -348,9 +348,9 @@ impl Workstation {
                     let resting = self.view.is_resting(ui.ctx());
                     let (parts, coat) = match self.thickness.painting(&self.work) {
                         Some((scene, coat)) => (vec![(scene, size)], Some(coat)),
-                        None => (self.view.compare.parts(&self.work.opened.scene, size), None),
+                        None => (self.work.opened.compare.parts(&self.work.opened.scene, size), None),
                     };
-                    self.painter.want(&self.work.opened.volumes, parts, self.view.compare, coat, resting);
+                    self.painter.want(&self.work.opened.volumes, parts, self.work.opened.compare, coat, resting);
                 }
                 Err(text) => self.notices.note(text),
             }
@@ -395,10 +395,10 @@ impl eframe::App for Workstation {
                     }
                     if self.thickness.painting(&self.work).is_some() {
                         // The map is of one scan.
-                        self.view.compare = Compare::Off;
+                        self.work.opened.compare = Compare::Off;
                     } else if self.work.opened.scene.layers.iter().filter(|l| l.visible).count() > 1 {
                         ui.separator();
-                        compare_bar::show(ui, &mut self.view.compare);
+                        compare_bar::show(ui, &mut self.work.opened.compare);
                     }
                 });
             }

@@ -4,7 +4,7 @@ use super::cast::bytes;
 use super::histogram;
 use super::layers::{color_button, unit};
 use crate::presets;
-use bregma_renderer::{Color, Layer, Point, TransferFunction, Values, classify};
+use bregma_renderer::{Color, GradientPoint, Layer, Point, TransferFunction, Values, classify};
 use bregma_volume::Volume;
 use egui::{Button, Color32, DragValue, PointerButton, Pos2, Rect, Role, Sense, Stroke, Ui, Vec2, WidgetInfo, pos2, vec2};
 
@@ -79,6 +79,7 @@ pub fn show(ui: &mut Ui, volume: &Volume, layer: &mut Layer) {
         selected = selected.min(function.points.len() - 1);
     }
     numbers(ui, volume, &mut function, selected, &field);
+    gradient(ui, volume, &mut function);
     ui.data_mut(|d| d.insert_temp::<usize>(id, selected));
     if function != before {
         if !function.name.ends_with(CHANGED) {
@@ -204,6 +205,56 @@ fn numbers(ui: &mut Ui, volume: &Volume, function: &mut TransferFunction, select
         }
         function.points[selected] = point;
     });
+}
+
+/// Steps of the gradient that a first choice goes over: from flat tissue to the steepest edge of the scan, its range within a voxel.
+const FLAT: f64 = 0.02;
+const STEEP: f64 = 0.2;
+
+/// The factors of the opacity by how fast values change.
+fn gradient(ui: &mut Ui, volume: &Volume, function: &mut TransferFunction) {
+    let name = volume.name();
+    let [low, high] = volume.range();
+    let steepest = (high - low).max(f64::MIN_POSITIVE) / volume.grid().spacing_mm().min_element();
+    ui.horizontal(|ui| {
+        let mut on = !function.gradient.is_empty();
+        let text = "Shows edges and hides flat tissue: opacity is multiplied by a factor that grows with how fast the value changes";
+        let check = ui.checkbox(&mut on, "By gradient").on_hover_text(text);
+        if check.changed() {
+            let ramp = [(FLAT, 0.0), (STEEP, 1.0)].map(|(part, factor)| GradientPoint { per_mm: round(part * steepest), factor });
+            function.gradient = if on { ramp.to_vec() } else { vec![] };
+        }
+        if on && ui.small_button("+").on_hover_text("A further point").clicked() {
+            let last = function.gradient.last().map_or(0.0, |p| p.per_mm);
+            function.gradient.push(GradientPoint { per_mm: round(last + FLAT * steepest), factor: 1.0 });
+        }
+    });
+    let mut removed = None;
+    for n in 0..function.gradient.len() {
+        let gap = 1e-6 * steepest;
+        let below = n.checked_sub(1).map_or(0.0, |m| function.gradient[m].per_mm + gap);
+        let above = function.gradient.get(n + 1).map_or(f64::INFINITY, |p| p.per_mm - gap);
+        let point = &mut function.gradient[n];
+        ui.horizontal(|ui| {
+            let number = DragValue::new(&mut point.per_mm).speed(steepest / 1000.0).range(below..=above).max_decimals(2);
+            ui.add(number.suffix(format!("{} per mm", unit(volume.unit()))).update_while_editing(false))
+                .accessible_name(format!("Gradient {} of {name}", n + 1));
+            let factor = DragValue::new(&mut point.factor).speed(0.005).range(0.0..=1.0).max_decimals(2).prefix("× ");
+            ui.add(factor.update_while_editing(false)).accessible_name(format!("Factor {} of {name}", n + 1));
+            if ui.small_button("×").on_hover_text("Removes this point").clicked() {
+                removed = Some(n);
+            }
+        });
+    }
+    if let Some(n) = removed {
+        function.gradient.remove(n);
+    }
+}
+
+/// To three digits.
+fn round(value: f64) -> f64 {
+    let unit = 10_f64.powf(value.abs().log10().floor() - 2.0);
+    if unit > 0.0 { (value / unit).round() * unit } else { value }
 }
 
 #[cfg(test)]

@@ -22,8 +22,6 @@ pub struct View {
     pub painted: Option<Painted>,
     /// Its place on the screen, in points.
     pub rect: Option<Rect>,
-    /// How scans are compared.
-    pub compare: Compare,
     /// What a click does.
     tool: Tool,
     /// The first of two clicked points.
@@ -71,9 +69,9 @@ impl View {
     }
 
     /// Puts the compared pictures together anew where the line or the time has moved on.
-    fn join(&mut self, ctx: &egui::Context) {
+    fn join(&mut self, compare: Compare, ctx: &egui::Context) {
         let Some(mut painted) = self.painted.take() else { return };
-        let (compare, at_s) = (self.compare.reduced(painted.reduction), ctx.time());
+        let (compare, at_s) = (compare.reduced(painted.reduction), ctx.time());
         if let Compare::Flicker { per_s } = compare
             && painted.parts.len() == 2
         {
@@ -92,16 +90,16 @@ impl View {
 
     /// The parts of the screen that show the scene, with their pixels: one, or two side by side.
     fn panes(&self, work: &Work, rect: Rect, size: [u32; 2]) -> Vec<(Rect, [u32; 2])> {
-        let parts = self.compare.parts(&work.opened.scene, size);
+        let parts = work.opened.compare.parts(&work.opened.scene, size);
         let mut left = rect.left();
         let pane = |(_, [width, height]): &crate::compare::Part| {
             let right = left + *width as f32 / size[0] as f32 * rect.width();
             let pane = Rect::from_x_y_ranges(left..=right, rect.y_range());
-            left = if self.compare == Compare::SideBySide { right } else { left };
+            left = if work.opened.compare == Compare::SideBySide { right } else { left };
             (pane, [*width, *height])
         };
         let mut panes: Vec<_> = parts.iter().map(pane).collect();
-        panes.truncate(if self.compare == Compare::SideBySide { 2 } else { 1 });
+        panes.truncate(if work.opened.compare == Compare::SideBySide { 2 } else { 1 });
         panes
     }
 
@@ -127,14 +125,14 @@ impl View {
             self.moved_at = ui.ctx().time();
         }
 
-        self.join(ui.ctx());
+        self.join(work.opened.compare, ui.ctx());
         let panes = self.panes(work, rect, size);
         let painter = ui.painter_at(rect);
         if let Some(texture) = &self.texture {
             let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
             painter.image(texture.id(), rect, whole, Color32::WHITE);
         }
-        compare_bar::line(ui, &mut self.compare, rect);
+        compare_bar::line(ui, &mut work.opened.compare, rect);
         let bounds = work.opened.bounds();
         if let Some((pane, pixels)) = panes.first() {
             cut_handles::show(ui, &mut work.opened.scene, &bounds, *pane, *pixels, &mut self.held);

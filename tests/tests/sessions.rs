@@ -1,0 +1,84 @@
+//! What a session keeps, and what of it stays when it is opened beside other scans.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use bregma::compare::Compare;
+use bregma::input::{Opened, Session, Source};
+use bregma_renderer::{Clip, Color, Shape, TransferFunction};
+use bregma_volume::Progress;
+use glam::DVec3;
+use std::path::{Path, PathBuf};
+
+/// A folder of its own with two scans and a session of both.
+fn folder(name: &str, change: impl FnOnce(&mut Opened)) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::create_dir_all(&folder).unwrap();
+    for file in ["a.nrrd", "b.nrrd"] {
+        let header = "NRRD0004\ntype: uint8\ndimension: 3\nspace: left-posterior-superior\nsizes: 3 3 3\nspace directions: (1,0,0) (0,1,0) \
+            (0,0,1)\nspace origin: (0,0,0)\nencoding: raw\n\n";
+        let samples: Vec<u8> = (0..27).map(|n| n * 9).collect();
+        std::fs::write(folder.join(file), [header.as_bytes(), &samples].concat()).unwrap();
+    }
+    let mut opened = read(&folder, &["a.nrrd", "b.nrrd"]).unwrap();
+    change(&mut opened);
+    let text = serde_json::to_string(&Session::of(&opened, &folder)).unwrap();
+    std::fs::write(folder.join("session.json"), text).unwrap();
+    folder
+}
+
+fn read(folder: &Path, files: &[&str]) -> Result<Opened, String> {
+    let sources: Vec<Source> = files.iter().map(|file| Source { file: folder.join(file), ..Source::default() }).collect();
+    Opened::read(&sources, &Progress::default()).map_err(|e| e.to_string())
+}
+
+/// White, as files have a byte for each part of a colour.
+fn look() -> TransferFunction {
+    let mut look = TransferFunction::bone();
+    look.points.iter_mut().for_each(|p| p.color = Color([1.0; 3]));
+    look
+}
+
+fn cut() -> Clip {
+    Clip::all(Shape::Plane { normal: DVec3::X, offset_mm: 1.0 })
+}
+
+#[test]
+fn a_session_keeps_cuts_looks_and_how_scans_are_compared() {
+    // Fails if something that the window can set is not written, or not read again.
+    let folder = folder("session-whole", |opened| {
+        opened.scene.clips = vec![cut()];
+        opened.compare = Compare::Swipe { part: 0.25 };
+        opened.scene.layers[1].transfer = Some(look());
+    });
+    let again = read(&folder, &["session.json"]).unwrap();
+    assert_eq!((again.scene.clips, again.compare), (vec![cut()], Compare::Swipe { part: 0.25 }));
+    assert_eq!(again.scene.layers[1].transfer, Some(look()));
+}
+
+#[test]
+fn beside_other_scans_a_sessions_cuts_are_of_its_own_scans() {
+    // Fails if a cut is lost, or cuts a scan that it was not made for.
+    let folder = folder("session-beside", |opened| opened.scene.clips = vec![cut(), Clip { layers: Some(vec![1]), ..cut() }]);
+    let layers = |opened: &Opened| opened.scene.clips.iter().map(|clip| clip.layers.clone()).collect::<Vec<_>>();
+    std::fs::copy(folder.join("a.nrrd"), folder.join("c.nrrd")).unwrap();
+    let opened = read(&folder, &["c.nrrd", "session.json"]).unwrap();
+    assert_eq!((opened.volumes.len(), layers(&opened)), (3, vec![Some(vec![1, 2]), Some(vec![2])]));
+    let mut first = read(&folder, &["c.nrrd"]).unwrap();
+    first.add(read(&folder, &["session.json"]).unwrap());
+    assert_eq!((first.volumes.len(), layers(&first)), (3, vec![Some(vec![1, 2]), Some(vec![2])]));
+}
+
+#[test]
+fn a_session_that_cannot_be_drawn_is_refused_in_a_sentence() {
+    // Fails if numbers that no renderer can use get past the reading.
+    let folder = folder("session-broken", |opened| {
+        opened.scene.layers[0].transfer = Some(TransferFunction { points: vec![], name: "empty".into(), ..TransferFunction::bone() });
+    });
+    let error = read(&folder, &["session.json"]).unwrap_err();
+    assert!(error.contains("empty") && error.contains("no points"), "{error}");
+    let folder = self::folder("session-flat-cut", |opened| {
+        opened.scene.clips = vec![Clip::all(Shape::Plane { normal: DVec3::ZERO, offset_mm: 1.0 })];
+    });
+    let error = read(&folder, &["session.json"]).unwrap_err();
+    assert!(error.contains("cuts"), "{error}");
+}

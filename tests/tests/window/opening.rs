@@ -1,0 +1,158 @@
+//! Scans that are opened, in whatever way, and what is asked or told about them.
+
+use super::*;
+
+#[test]
+fn a_file_that_cannot_be_read_is_one_line_and_the_window_stays() {
+    let file = std::env::temp_dir().join(format!("bregma-window-{}.nrrd", std::process::id()));
+    std::fs::write(&file, b"NRRD0004\n").unwrap();
+    let source = bregma::input::Source { file: file.clone(), ..Default::default() };
+    let mut window = open(Start::Files(vec![source]));
+    wait(&mut window, "the error", |w| !w.is_loading());
+    window.run_steps(2);
+    let name = file.file_name().unwrap().to_string_lossy().into_owned();
+    window.get_by_label_contains(&name);
+    window.get_by_label("Dismiss").click();
+    window.run_steps(2);
+    assert!(window.query_by_label_contains(&name).is_none());
+    window.get_by_label_contains("Drop scans here");
+    std::fs::remove_file(&file).unwrap();
+}
+
+#[test]
+fn dropped_scans_join_and_can_be_removed_and_brought_back() {
+    let files = [ball("first", 24), ball("second", 32)];
+    let mut window = open(Start::Files(vec![]));
+    for (n, file) in files.iter().enumerate() {
+        drop_file(&mut window, file);
+        assert_eq!(window.state().scene().layers.len(), n + 1);
+    }
+    let name = files[0].file_name().unwrap().to_string_lossy().into_owned();
+    let both = pixels(&window);
+    window.get_by_label(&format!("Remove {name}")).click();
+    settle(&mut window);
+    assert_eq!(window.state().scene().layers.len(), 1);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    settle(&mut window);
+    assert_eq!(window.state().scene().layers.len(), 2);
+    assert_eq!(changed(&both, &pixels(&window)), 0);
+    files.iter().for_each(|f| std::fs::remove_file(f).unwrap());
+}
+
+#[test]
+fn a_spacing_that_no_file_states_is_asked_for() {
+    // Fails if a scan opens with made-up millimetres, or if the answer is not used.
+    let folder = std::env::temp_dir().join(format!("bregma-asks-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let file = folder.join("ball_16x16x16_uint8.raw");
+    let ball = |n: usize| [n % 16, n / 16 % 16, n / 256].map(|c| (c as f64 - 7.5).powi(2)).iter().sum::<f64>().sqrt();
+    std::fs::write(&file, (0..4096).map(|n| (250.0 - 25.0 * ball(n)).max(0.0) as u8).collect::<Vec<u8>>()).unwrap();
+    let mut window = open(Start::Files(vec![bregma::input::Source { file, ..Default::default() }]));
+    let begun = Instant::now();
+    while window.query_by_label("Open").is_none() {
+        window.step();
+        assert!(begun.elapsed() < Duration::from_secs(60), "nothing is asked");
+    }
+    assert!(window.state().is_loading() && window.get_by_label("Open").accesskit_node().is_disabled());
+    for (axis, mm) in [("i", 0.5), ("j", 0.5), ("k", 2.0)] {
+        window.get_by_role_and_label(Role::SpinButton, axis).set_value_accesskit(mm);
+        window.step();
+    }
+    window.get_by_label("Open").click();
+    wait(&mut window, "the scan", |w| !w.is_loading());
+    settle(&mut window);
+    let picture = window.state().picture().unwrap();
+    assert!(picture.volume_id.contains(&1), "the ball is drawn");
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+/// A CT slice of a ball in the fewest elements that make one, explicit little-endian without a preamble.
+fn ct_slice(series: &str, name: &str, z: i32) -> Vec<u8> {
+    let ball = |n: usize| [n as i32 % 16 * 2 - 15, n as i32 / 16 * 2 - 15, z * 2 - 15].map(|c| f64::from(c * c)).iter().sum::<f64>().sqrt();
+    let pixels = (0..256).flat_map(|n| ((2400.0 - 120.0 * ball(n)).max(0.0) as u16).to_le_bytes()).collect();
+    let text = |text: &str| format!("{text}{}", if text.len() % 2 == 1 { " " } else { "" }).into_bytes();
+    let number = |n: u16| n.to_le_bytes().to_vec();
+    let elements: [([u16; 2], &str, Vec<u8>); 16] = [
+        ([0x8, 0x8], "CS", text("ORIGINAL\\PRIMARY")),
+        ([0x8, 0x60], "CS", text("CT")),
+        ([0x8, 0x103e], "LO", text(name)),
+        ([0x20, 0xe], "UI", text(&format!("1.2.{series}"))),
+        ([0x20, 0x11], "IS", text(series)),
+        ([0x20, 0x32], "DS", text(&format!("0\\0\\{z}"))),
+        ([0x20, 0x37], "DS", text("1\\0\\0\\0\\1\\0")),
+        ([0x28, 0x10], "US", number(16)),
+        ([0x28, 0x11], "US", number(16)),
+        ([0x28, 0x30], "DS", text("1\\1")),
+        ([0x28, 0x100], "US", number(16)),
+        ([0x28, 0x101], "US", number(16)),
+        ([0x28, 0x102], "US", number(15)),
+        ([0x28, 0x1052], "DS", text("-1000")),
+        ([0x28, 0x1053], "DS", text("1")),
+        ([0x7fe0, 0x10], "OW", pixels),
+    ];
+    let mut bytes = vec![];
+    for ([group, element], vr, value) in elements {
+        bytes.extend([group.to_le_bytes(), element.to_le_bytes()].concat());
+        bytes.extend(vr.as_bytes());
+        match vr {
+            "OW" => bytes.extend([&[0, 0][..], &(value.len() as u32).to_le_bytes()].concat()),
+            _ => bytes.extend((value.len() as u16).to_le_bytes()),
+        }
+        bytes.extend(value);
+    }
+    bytes
+}
+
+#[test]
+fn a_series_is_chosen_and_gaps_are_filled_only_when_asked() {
+    // Fails if the window reads the largest of several series without a word, reads another than the one that was chosen, or cannot open what
+    // the command line can with --uneven resample.
+    let folder = std::env::temp_dir().join(format!("bregma-study-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    for z in 0..16 {
+        std::fs::write(folder.join(format!("whole{z}")), ct_slice("7", "The whole", z)).unwrap();
+    }
+    for z in [0, 1, 2, 3, 4, 5, 6, 8, 9, 10, 11, 12] {
+        std::fs::write(folder.join(format!("gap{z}")), ct_slice("9", "With a gap", z)).unwrap();
+    }
+    let name = folder.file_name().unwrap().to_string_lossy().into_owned();
+    let source = || bregma::input::Source { file: folder.clone(), ..Default::default() };
+
+    // The largest is chosen beforehand.
+    let mut window = open(Start::Files(vec![source()]));
+    wait_for(&mut window, "holds several series");
+    let whole = window.get_by_role_and_label(Role::RadioButton, "The whole  ·  series 7  ·  16 slices");
+    assert_eq!(whole.accesskit_node().toggled(), Some(egui::accesskit::Toggled::True));
+    window.get_by_label("Open").click();
+    wait(&mut window, "the largest series", |w| !w.is_loading());
+    settle(&mut window);
+    window.get_by_label(&format!("Remove {name}#7"));
+    assert!(window.state().picture().unwrap().volume_id.contains(&1), "the ball is drawn");
+
+    // Another one joins it, once it was said what to do about its gap.
+    window.input_mut().dropped_files.push(std::sync::Arc::new(Dropped(folder.clone())));
+    window.step();
+    wait_for(&mut window, "holds several series");
+    window.get_by_role_and_label(Role::RadioButton, "With a gap  ·  series 9  ·  12 slices").click();
+    window.step();
+    screenshot(&mut window, "series.png");
+    window.get_by_label("Open").click();
+    wait_for(&mut window, "Most are 1 mm apart, but 2 mm between slices 7 and 8");
+    assert_eq!(window.state().scene().layers.len(), 1);
+    screenshot(&mut window, "uneven.png");
+    window.get_by_label("Interpolate").click();
+    wait(&mut window, "the other series", |w| !w.is_loading());
+    settle(&mut window);
+    assert_eq!(window.state().scene().layers.len(), 2);
+    window.get_by_label(&format!("Remove {name}#9"));
+
+    // Refusing is possible, too.
+    let mut window =
+        open(Start::Files(vec![bregma::input::Source { file: format!("{}#9", folder.display()).into(), ..Default::default() }]));
+    wait_for(&mut window, "are not even");
+    window.get_by_label("Cancel").click();
+    wait(&mut window, "nothing", |w| !w.is_loading());
+    window.run_steps(2);
+    assert!(window.state().scene().layers.is_empty());
+    std::fs::remove_dir_all(folder).unwrap();
+}
