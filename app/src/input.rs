@@ -208,10 +208,11 @@ impl Source {
 
 /// A scan, and the layer that a session has for it.
 type Expanded = (Source, Option<Layer>);
+/// The number of a session's first scan, and the session.
+type Placed = (usize, Session);
 
-/// The scans that are named, those of sessions among them, and the sessions, each with the number of its first scan. Files of one series name
-/// one scan.
-fn expand(sources: &[Source], progress: &Progress) -> Result<(Vec<Expanded>, Vec<(usize, Session)>), InputError> {
+/// The scans that are named, those of sessions among them, and the sessions. Files of one series name one scan.
+fn expand(sources: &[Source], progress: &Progress) -> Result<(Vec<Expanded>, Vec<Placed>), InputError> {
     let (mut expanded, mut sessions) = (vec![], vec![]);
     let mut named = HashSet::new();
     let place = |file: &Path| std::path::absolute(file).unwrap_or_else(|_| file.to_owned());

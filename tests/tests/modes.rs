@@ -488,7 +488,8 @@ fn a_cuts_face_is_the_same_in_every_mode_where_something_is_visible() {
                         assert!(color_difference(picture.rgba[n], all.rgba[n]) <= 1, "{cut_face:?} {:?} pixel {n}", through.mode);
                     } else if most < -0.01 && all.depth_mm[n].is_finite() {
                         // What is seen lies behind the plane, or nothing does.
-                        beside += usize::from(!(picture.depth_mm[n] < all.depth_mm[n] + 1e-3));
+                        let depth_mm = picture.depth_mm[n];
+                        beside += usize::from(depth_mm.is_nan() || depth_mm >= all.depth_mm[n] + 1e-3);
                     }
                 }
                 assert!(same > 500 && beside > 100, "{cut_face:?} {:?}: {same} {beside}", through.mode);

@@ -26,7 +26,7 @@ impl Spline {
         let mut c: Vec<f64> = (0..v.samples().len()).map(|n| v.value_of(v.samples().get_f64(n))).collect();
         for axis in 0..3 {
             let stride: usize = dims[..axis].iter().product();
-            for start in (0..c.len()).filter(|n| n / stride % dims[axis] == 0) {
+            for start in (0..c.len()).filter(|n| (n / stride).is_multiple_of(dims[axis])) {
                 let line: Vec<f64> = (0..dims[axis]).map(|n| c[start + n * stride]).collect();
                 coefficients_of(&line).into_iter().enumerate().for_each(|(n, v)| c[start + n * stride] = v);
             }
@@ -126,29 +126,25 @@ fn compare(v: &Volume, scene: &Scene, picture: &Picture, pixels: usize) -> Found
         let ray = scene.camera.ray(f64::from(x), f64::from(y), picture.width, picture.height);
         let depth = f64::from(picture.depth_mm[(y * picture.width + x) as usize]);
         let voxels_per_mm = spline.to_index.transform_vector3(ray.direction).length();
-        match (depth.is_nan(), spline.first(&ray, iso)) {
-            (true, None) => {}
-            (false, Some((t, _))) if (depth - t).abs() * voxels_per_mm < 1e-3 => {
-                found.hits += 1;
-                found.worst_voxel = found.worst_voxel.max((depth - t).abs() * voxels_per_mm);
+        let off_voxel = |t: f64| (depth - t).abs() * voxels_per_mm;
+        let of_kind = match spline.first(&ray, iso) {
+            None if depth.is_nan() => continue,
+            Some((t, _)) if off_voxel(t) < 1e-3 => {
+                found.worst_voxel = found.worst_voxel.max(off_voxel(t));
+                &mut found.hits
             }
-            // A crossing that the reference passed over.
-            (false, other) if other.is_none_or(|(t, _)| depth < t) => {
+            // What the reference does not see, or only behind.
+            other if !depth.is_nan() && other.is_none_or(|(t, _)| depth < t) => {
                 if spline.off(&ray, iso, depth) < 1e-3 {
-                    found.thin += 1
+                    &mut found.thin
                 } else {
-                    found.false_ += 1
+                    &mut found.false_
                 }
             }
-            (_, Some((_, thickness))) => {
-                if thickness < 2.0 * STEP_VOXEL {
-                    found.thin += 1
-                } else {
-                    found.missed += 1
-                }
-            }
-            (false, None) => found.false_ += 1,
-        }
+            Some((_, thickness)) if thickness < 2.0 * STEP_VOXEL => &mut found.thin,
+            _ => &mut found.missed,
+        };
+        *of_kind += 1;
     }
     found
 }

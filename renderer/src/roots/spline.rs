@@ -79,7 +79,7 @@ fn bernstein<S: Simd>(simd: S, taps: &Taps, [level, sign]: [f32; 2], p: &Vecs<S>
         }
     }
     for n in 0..=DEGREE {
-        b[n] = b[n] / OF_9[n];
+        b[n] /= OF_9[n];
     }
     b
 }
