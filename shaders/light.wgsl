@@ -74,9 +74,13 @@ fn grey(brightness: f32) -> vec3<f32> {
 
 const BLEND: u32 = 2u;
 const DIFFERENCE: u32 = 3u;
+const TRANSFER: u32 = 4u;
 const FIRST_IS_MORE: vec3<f32> = vec3<f32>(0.698, 0.094, 0.169);
 const SECOND_IS_MORE: vec3<f32> = vec3<f32>(0.129, 0.400, 0.674);
 const EQUAL: vec3<f32> = vec3<f32>(0.969, 0.969, 0.969);
+
+// Entries of the colours of faces, see frame.rs.
+const FACE_COLORS: u32 = 4096u;
 
 // The volumes that a cut goes through at one place.
 struct Faces {
@@ -101,10 +105,10 @@ fn add_face(cut: ptr<function, Faces>, brightness: f32, color: vec3<f32>) {
     (*cut).count += 1u;
 }
 
-// Their colour where the nearest of them has a brightness of its `own`.
-fn color_of_faces(cut: Faces, own: f32) -> vec3<f32> {
-    if cut.count < 2u || params.cut_face < BLEND {
-        return grey(own);
+// Their colour; `own` where only the nearest of them is shown.
+fn color_of_faces(cut: Faces, own: vec3<f32>) -> vec3<f32> {
+    if cut.count < 2u || params.cut_face < BLEND || params.cut_face == TRANSFER {
+        return own;
     }
     if params.cut_face == BLEND {
         return min(cut.sum, vec3<f32>(1.0));

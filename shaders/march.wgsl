@@ -56,7 +56,7 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     let view = ray / mm_per_depth;
     // The nearest face of a cut that shows values, where something is visible.
     var until = ALL_FAR;
-    var own = 0.0;
+    var own = vec3<f32>(0.0);
     var face_id = 0u;
     //EACH
     params_LAYER = trace_params_LAYER;
@@ -66,7 +66,12 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     let face_LAYER = face_of_LAYER(line_LAYER, t_LAYER.part);
     if face_LAYER.is_face && face_LAYER.value >= 0.0 && t_LAYER.part.begin < until {
         until = t_LAYER.part.begin;
-        own = brightness_of_LAYER(face_LAYER);
+        let brightness = brightness_of_LAYER(face_LAYER);
+        if params.cut_face == TRANSFER {
+            own = face_color_at_LAYER(brightness);
+        } else {
+            own = grey(brightness);
+        }
         face_id = params_LAYER.id;
     }
     //END

@@ -2,7 +2,7 @@
 // The twin of renderer/src/cpu/pieces.rs, which says why each step is as it is.
 
 // Behind the cuts, `extras` holds two for each level: the level, and its paint (linear colour, and opacity or extinction per mm); then the
-// table of steps, and then gradients with their factors.
+// table of steps, then gradients with their factors, and last the colours of faces.
 fn level_at(n: i32) -> f32 {
     return extras[2u * params.cuts + 2u * u32(n)].x;
 }
@@ -81,4 +81,12 @@ fn gradient_factor(way: Crossing, u: f32) -> f32 {
         below = above;
     }
     return below.y;
+}
+
+// What lies among the colours of faces at a brightness.
+fn face_color_at(brightness: f32) -> vec3<f32> {
+    let place = clamp(brightness, 0.0, 1.0) * f32(FACE_COLORS - 1u);
+    let below = min(u32(place), FACE_COLORS - 2u);
+    let first = 2u * (params.cuts + params.levels) + params.table + params.gradients + below;
+    return mix(extras[first], extras[first + 1u], place - f32(below)).rgb;
 }

@@ -27,6 +27,20 @@ fn light(index: u32, layer: u32, view: vec3<f32>, bit: u32) -> vec3<f32> {
     return cued(color, hits[layer * params.stride + index].w);
 }
 
+// For each layer FACE_COLORS linear colours, where cuts show them.
+@group(0) @binding(6) var<storage, read> face_colors: array<vec4<f32>>;
+
+// Of the face of one layer's cut.
+fn own_color(layer: u32, brightness: f32) -> vec3<f32> {
+    if params.cut_face != TRANSFER {
+        return grey(brightness);
+    }
+    let place = clamp(brightness, 0.0, 1.0) * f32(FACE_COLORS - 1u);
+    let below = min(u32(place), FACE_COLORS - 2u);
+    let first = layer * FACE_COLORS + below;
+    return mix(face_colors[first], face_colors[first + 1u], place - f32(below)).rgb;
+}
+
 // The colour of the face of a cut.
 fn face_color(index: u32, drawn: u32) -> vec3<f32> {
     let own = hits[drawn * params.stride + index];
@@ -38,7 +52,7 @@ fn face_color(index: u32, drawn: u32) -> vec3<f32> {
             add_face(&cut, hit.x, layers[l].color.rgb);
         }
     }
-    return color_of_faces(cut, own.x);
+    return color_of_faces(cut, own_color(drawn, own.x));
 }
 
 @compute @workgroup_size(64)

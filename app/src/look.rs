@@ -99,6 +99,8 @@ pub enum CutFaceName {
     Blend,
     /// The first volume's values less the second's.
     Difference,
+    /// The nearest volume's values in the colours of its transfer function.
+    Transfer,
 }
 
 impl LookArgs {
@@ -150,6 +152,7 @@ impl LookArgs {
             Some(CutFaceName::Density) => CutFace::Density,
             Some(CutFaceName::Blend) => CutFace::Blend,
             Some(CutFaceName::Difference) => CutFace::Difference,
+            Some(CutFaceName::Transfer) => CutFace::Transfer,
             None => scene.cut_face,
         };
         if let (Some(width), Some(level)) = (self.window, self.level) {

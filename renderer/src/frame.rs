@@ -4,9 +4,10 @@ use crate::camera::PixelRays;
 use crate::cell_masks::CellMasks;
 use crate::light_spans::LightSpans;
 use crate::occupancy::DistanceMap;
-use crate::scene::{Color, CutFace, Integrator, Mode, Scene, Shell, Surface, Window};
+use crate::scene::{Color, CutFace, Integrator, Layer, Mode, Scene, Shell, Surface, Window};
 use crate::spans::Spans;
 use crate::spline;
+use crate::transfer::{classify, mean_spacing_mm};
 use crate::{InstructionSet, RenderError};
 use bregma_volume::{RangeBricks, Samples, Unit, Volume};
 use glam::{DVec3, Mat3, Vec3, Vec4};
@@ -58,6 +59,8 @@ pub(crate) struct FrameLayer {
     pub needs_cubic: bool,
     /// What turns a value relative to the level into a brightness, by the window: a factor, and what is added.
     pub brightness: [f32; 2],
+    /// Linear colours of brightnesses from 0 to 1, where cuts show the transfer function: [`FACE_COLORS`]; else none.
+    pub face_colors: Vec<Vec4>,
     /// The value of air, which an X-ray does not show.
     pub air: f64,
     /// What a sample unit is in values, and the value at `level`; what is relative to the level grows with the value.
@@ -170,6 +173,13 @@ impl Frame {
             let value_at_level = surface.volume.value_of(f64::from(surface.level as f32));
             let shown = Shown::of(scene, index, &surface, step_mm);
             let slope = surface.volume.slope().abs();
+            let by_transfer = shows_faces && scene.cut_face == CutFace::Transfer;
+            let (window, width_of_window) = if by_transfer {
+                let own = Window::between(volumes[index].range());
+                (own, own.width.max(f64::from(f32::MIN_POSITIVE) * 1e6))
+            } else {
+                (window, width_of_window)
+            };
             FrameLayer {
                 index,
                 level: surface.level as f32,
@@ -185,6 +195,7 @@ impl Frame {
                 inner: scene.layers[index].inner_color.map(Color::linear),
                 shows_faces,
                 needs_cubic: scene.integrator == Integrator::Exact || scene.is_transparent(),
+                face_colors: if by_transfer { face_colors(&scene.layers[index], &volumes[index]) } else { vec![] },
                 brightness: [slope / width_of_window, (value_at_level - window.level) / width_of_window + 0.5].map(|v| v as f32),
                 air: if surface.volume.unit() == Unit::Hounsfield { AIR_HU } else { surface.volume.range()[0] },
                 value_scale: slope,
@@ -215,6 +226,20 @@ impl Frame {
             skin_mm: if finest_mm.is_finite() { finest_mm as f32 } else { 0.0 },
         })
     }
+}
+
+/// Entries of a layer's colours of faces: one for each value of a hospital scan, so that no point of a transfer function is blurred.
+pub(crate) const FACE_COLORS: usize = 4096;
+
+/// The colours of a layer's transfer function over its volume's range, on black.
+fn face_colors(layer: &Layer, volume: &Volume) -> Vec<Vec4> {
+    let (controls, [low, high]) = (layer.controls(volume), volume.range());
+    let over_mm = layer.transfer.as_ref().and_then(|t| t.over_mm).unwrap_or_else(|| mean_spacing_mm(volume)) as f32;
+    let color = |n: usize| {
+        let paint = classify(&controls, low + (high - low) * n as f64 / (FACE_COLORS - 1) as f64);
+        (paint.truncate() * -(-paint.w * over_mm).exp_m1()).extend(1.0)
+    };
+    (0..FACE_COLORS).map(color).collect()
 }
 
 /// By the definition of the unit.

@@ -93,6 +93,8 @@ pub enum CutFace {
     Blend,
     /// The first volume's values less the second's, where both are: red where the first is denser, blue where the second is.
     Difference,
+    /// The values of the nearest volume in the colours of its transfer function, on black as far as that is clear.
+    Transfer,
 }
 
 /// Which values are black and which are white.

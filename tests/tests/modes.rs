@@ -6,8 +6,8 @@
 use bregma::input::{Opened, Source};
 use bregma_measure::probe_cut;
 use bregma_renderer::{
-    Bounds, Camera, Clip, Color, Control, CpuRenderer, CutFace, GpuRenderer, Integrator, Light, Mode, Normals, Picture, Projection, Ray,
-    Reconstruction, Renderer, Scene, Shape, Shell, classify,
+    Bounds, Camera, Clip, Color, Control, CpuRenderer, CutFace, GpuRenderer, Integrator, Light, Mode, Normals, Picture, Point, Projection,
+    Ray, Reconstruction, Renderer, Scene, Shape, Shell, TransferFunction, Values, classify,
 };
 use bregma_tests::{Random, color_difference, data, volume};
 use bregma_volume::{Grid, IndexPoint, Progress, Samples, Volume, WorldPoint};
@@ -240,10 +240,10 @@ fn the_exact_integral_is_the_quadratures() {
     let mut scene = unlit(scene_of(&volumes, Mode::Dvr));
     scene.integrator = Integrator::Exact;
     for (n, layer) in scene.layers.iter_mut().enumerate() {
-        let point = |value: f64, rgb: [f32; 3], opacity: f64| bregma_renderer::Point { value, color: Color(rgb), opacity };
-        layer.transfer = Some(bregma_renderer::TransferFunction {
+        let point = |value: f64, rgb: [f32; 3], opacity: f64| Point { value, color: Color(rgb), opacity };
+        layer.transfer = Some(TransferFunction {
             name: "bands".into(),
-            values: bregma_renderer::Values::Scan,
+            values: Values::Scan,
             over_mm: Some(1.0),
             points: vec![
                 point(20.0, [1.0, 0.0, 0.2], 0.0),
@@ -424,7 +424,7 @@ fn looks(volumes: &[Arc<Volume>]) -> Vec<(&'static str, Scene)> {
         add("iso, shadows", Scene { shadows: true, ..base(Mode::Iso) });
         add("iso, analytic normals", Scene { normals: Normals::Analytic, ..base(Mode::Iso) });
         add("overlay, shadows", Scene { shadows: true, ..base(Mode::Overlay) });
-        for face in [CutFace::Density, CutFace::Blend, CutFace::Difference] {
+        for face in [CutFace::Density, CutFace::Blend, CutFace::Difference, CutFace::Transfer] {
             add("iso, faces", Scene { cut_face: face, ..base(Mode::Iso) });
             add("overlay, faces", Scene { cut_face: face, ..base(Mode::Overlay) });
         }
@@ -432,7 +432,7 @@ fn looks(volumes: &[Arc<Volume>]) -> Vec<(&'static str, Scene)> {
         clear.layers[0].shells = vec![Shell { iso: 100.0, color: Color([0.9, 0.2, 0.2]), opacity: 0.3 }];
         clear.layers[1].inner_color = Some(Color([0.2, 0.3, 0.9]));
         add("shells, shadows", Scene { shadows: true, ..clear.clone() });
-        for face in [CutFace::Density, CutFace::Blend, CutFace::Difference] {
+        for face in [CutFace::Density, CutFace::Blend, CutFace::Difference, CutFace::Transfer] {
             add("shells, faces", Scene { cut_face: face, ..clear.clone() });
             add("dvr, faces", Scene { cut_face: face, ..base(Mode::Dvr) });
         }
@@ -442,7 +442,7 @@ fn looks(volumes: &[Arc<Volume>]) -> Vec<(&'static str, Scene)> {
             add("dvr", Scene { integrator, ..base(Mode::Dvr) });
             let mut thin = Scene { integrator, background: None, ..base(Mode::Dvr) };
             for layer in &mut thin.layers {
-                let mut transfer = bregma_renderer::TransferFunction::bone();
+                let mut transfer = TransferFunction::bone();
                 transfer.points.iter_mut().for_each(|p| p.opacity *= 0.2);
                 transfer.gradient =
                     [(0.0, 0.1), (5.0, 0.5), (20.0, 1.0)].map(|(per_mm, factor)| bregma_renderer::GradientPoint { per_mm, factor }).into();
@@ -465,7 +465,7 @@ fn a_cuts_face_is_the_same_in_every_mode_where_something_is_visible() {
     let plane = Clip::all(Shape::Plane { normal: DVec3::new(0.0, -1.0, 0.0), offset_mm: 2.0 });
     let mut scene = Scene { clips: vec![plane], ..scene_of(&volumes, Mode::Iso) };
     scene.layers.iter_mut().for_each(|l| (l.iso, l.opacity) = (60.0, 0.5));
-    for cut_face in [CutFace::Density, CutFace::Blend, CutFace::Difference] {
+    for cut_face in [CutFace::Density, CutFace::Blend, CutFace::Difference, CutFace::Transfer] {
         scene.cut_face = cut_face;
         for renderer in [&mut CpuRenderer::default() as &mut dyn Renderer, &mut gpu()] {
             let mut draw = |scene: Scene| renderer.render(&volumes, &scene, 120, 100).unwrap();
@@ -483,7 +483,8 @@ fn a_cuts_face_is_the_same_in_every_mode_where_something_is_visible() {
                     let above = |n: usize| interpolant(&volumes[n], DAffine3::IDENTITY, p).map_or(f64::NEG_INFINITY, |v| v.0 - lowest(n));
                     let most = above(0).max(above(1));
                     // The density is that of the first volume that is visible.
-                    if (if cut_face == CutFace::Density { above(0) } else { most }) > 0.01 {
+                    let only_nearest = matches!(cut_face, CutFace::Density | CutFace::Transfer);
+                    if (if only_nearest { above(0) } else { most }) > 0.01 {
                         same += 1;
                         assert!(color_difference(picture.rgba[n], all.rgba[n]) <= 1, "{cut_face:?} {:?} pixel {n}", through.mode);
                     } else if most < -0.01 && all.depth_mm[n].is_finite() {
@@ -495,6 +496,42 @@ fn a_cuts_face_is_the_same_in_every_mode_where_something_is_visible() {
                 assert!(same > 500 && beside > 100, "{cut_face:?} {:?}: {same} {beside}", through.mode);
             }
         }
+    }
+}
+
+#[test]
+fn a_cuts_face_by_transfer_function_has_its_colours() {
+    // Fails if a face takes another volume's colours, or those of another value.
+    let volumes = [rough(4)];
+    let plane = Clip::all(Shape::Plane { normal: DVec3::new(0.0, -1.0, 0.0), offset_mm: 2.0 });
+    let mut scene = Scene { clips: vec![plane], cut_face: CutFace::Transfer, ..scene_of(&volumes, Mode::Iso) };
+    scene.layers[0].transfer = Some(TransferFunction {
+        name: "red to blue".into(),
+        values: Values::Scan,
+        over_mm: Some(1.0),
+        points: vec![
+            Point { value: 0.0, color: Color([1.0, 0.0, 0.0]), opacity: 0.0 },
+            Point { value: 150.0, color: Color([0.0, 0.0, 1.0]), opacity: 0.9 },
+        ],
+        gradient: vec![],
+    });
+    for renderer in [&mut CpuRenderer::default() as &mut dyn Renderer, &mut gpu()] {
+        let picture = renderer.render(&volumes, &scene, 120, 100).unwrap();
+        let mut compared = 0;
+        for n in (0..picture.rgba.len()).filter(|n| picture.volume_id[*n] > 0) {
+            let ray = scene.camera.ray((n % 120) as f64, (n / 120) as f64, 120, 100);
+            let p = ray.origin.0 + ray.direction * ((-2.0 - ray.origin.0.y) / ray.direction.y);
+            let Some((value, _)) = interpolant(&volumes[0], DAffine3::IDENTITY, p) else { continue };
+            // By the definition: colour as light and extinction are linear in the value.
+            let part = (value / 150.0).clamp(0.0, 1.0);
+            let opacity = 1.0 - (1.0 - 0.9_f64).powf(part);
+            let expected = Color::of_light(Vec3::new((1.0 - part) as f32, 0.0, part as f32) * opacity as f32).0.map(|c| (255.0 * c) as u8);
+            let found = picture.rgba[n];
+            let off = (0..3).map(|c| found[c].abs_diff(expected[c])).max().unwrap();
+            assert!(off <= 3, "{value}: {found:?} instead of {expected:?}");
+            compared += 1;
+        }
+        assert!(compared > 1000, "{compared}");
     }
 }
 

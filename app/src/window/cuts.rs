@@ -11,7 +11,7 @@ use glam::DVec3;
 use std::sync::Arc;
 
 /// What a cut shows, its name, and what that is.
-const FACES: [(CutFace, &str, &str); 4] = [
+const FACES: [(CutFace, &str, &str); 5] = [
     (CutFace::Bone, "Bone", "The bone's section in its colour; nothing of what is not bone"),
     (CutFace::Density, "Density", "All values as grey, as on a CT slice"),
     (CutFace::Blend, "Blend", "All scans' values, each in its colour, added: where they agree it is white"),
@@ -20,6 +20,7 @@ const FACES: [(CutFace, &str, &str); 4] = [
         "Difference",
         "The first scan's values less the second's: red where the first is denser, blue where the second is",
     ),
+    (CutFace::Transfer, "Volume's", "Values in the colours that Volume gives them, on black as far as they are clear"),
 ];
 
 /// The planes through the middle, with what they cut away: what lies to the left, before, and above.
@@ -232,7 +233,7 @@ fn face(ui: &mut Ui, scene: &mut Scene, volumes: &[Arc<Volume>]) {
             ui.end_row();
         }
     });
-    if scene.cut_face != CutFace::Bone {
+    if !matches!(scene.cut_face, CutFace::Bone | CutFace::Transfer) {
         modes::window(ui, &mut scene.window, || match volumes.first() {
             Some(volume) if volume.unit() != Unit::Hounsfield => Window::between(volume.range()),
             // Bone and what lies around it.

@@ -20,7 +20,7 @@ use crate::camera::PixelAffine;
 use crate::frame::{Frame, FrameLayer, MapCache};
 use crate::lanes::{Doubles, Floats, Ints, LANES, Mask, Vecs, axes, dot, numbers};
 use crate::roots::{Method, Solver, spline, trilinear};
-use crate::scene::{CutFace, Integrator, Mode, Normals, Picture, Scene};
+use crate::scene::{Integrator, Mode, Normals, Picture, Scene};
 use crate::spans::BLOCK;
 use crate::tone::colored;
 use crate::{InstructionSet, RenderError, Renderer, Split};
@@ -32,7 +32,7 @@ use fetch::{Around, Source};
 use glam::{Vec3, Vec4};
 use march::{lines_of, march, world_lines};
 use rayon::prelude::*;
-use shade::{Drawn, encode, face_color, nearest, phong};
+use shade::{Drawn, color_in, encode, face_color, grey, nearest, phong};
 use shadows::shadowed;
 use shells::Gathered;
 use std::mem::discriminant;
@@ -260,7 +260,7 @@ fn gather<S: Simd>(simd: S, packet: &Packet, pixels: &Pixels<S>, view: &View<'_,
     let mut all = all.filled(enough);
     if face.found.any_true() {
         let mut color = [Floats::splat(simd, 0.0); 3];
-        paint_faces(simd, scene, &faces, &face, &mut color);
+        paint_faces(simd, frame, scene, &faces, &face, &mut color);
         all.put_face(simd, &color, &face);
     }
     all
@@ -359,11 +359,11 @@ fn draw_band<S: Simd>(simd: S, frame: &Frame, scene: &Scene, band: Band<'_>) {
         }
         let view = View::of(simd, frame, scene, &pixels);
         let mut color = light(simd, &view, &first);
-        paint_faces(simd, scene, &hits, &first, &mut color);
+        paint_faces(simd, frame, scene, &hits, &first, &mut color);
         if scene.mode == Mode::Overlay {
             let second = nearest(simd, &hits, first.id);
             let mut behind = light(simd, &view, &second);
-            paint_faces(simd, scene, &hits, &second, &mut behind);
+            paint_faces(simd, frame, scene, &hits, &second, &mut behind);
             let opacity = second.found.select(first.opacity, Floats::splat(simd, 1.0));
             color = axes!(a => color[a] * opacity + behind[a] * (1.0 - opacity));
         }
@@ -554,7 +554,7 @@ fn face_of<S: Simd>(
 
 /// Paints the faces of cuts among what is drawn first: with the values of all volumes that are cut there.
 #[inline(always)]
-fn paint_faces<S: Simd>(simd: S, scene: &Scene, hits: &[Drawn<S>], first: &Drawn<S>, color: &mut Vecs<S>) {
+fn paint_faces<S: Simd>(simd: S, frame: &Frame, scene: &Scene, hits: &[Drawn<S>], first: &Drawn<S>, color: &mut Vecs<S>) {
     let faces = first.found & first.is_face;
     if !faces.any_true() {
         return;
@@ -564,8 +564,12 @@ fn paint_faces<S: Simd>(simd: S, scene: &Scene, hits: &[Drawn<S>], first: &Drawn
         // A plane's face is at the same depth in all of them.
         let there = hits.iter().filter(|h| h.is_face.test(lane) && (h.s[lane] == first.s[lane] || h.id[lane] == first.id[lane]));
         let cut: Vec<(f32, Vec3)> = there.map(|h| (h.brightness[lane], Vec3::from_array(axes!(a => h.color[a][lane])))).collect();
-        let own = if scene.cut_face == CutFace::Density { vec![(first.brightness[lane], Vec3::ONE)] } else { cut };
-        let painted = face_color(scene.cut_face, &own);
+        let layer = frame.layers.iter().find(|l| l.index + 1 == first.id[lane] as usize);
+        let own = match layer {
+            Some(layer) if !layer.face_colors.is_empty() => color_in(&layer.face_colors, first.brightness[lane]),
+            _ => grey(first.brightness[lane]),
+        };
+        let painted = face_color(scene.cut_face, own, &cut);
         (0..3).for_each(|a| lanes[a][lane] = painted[a]);
     }
     *color = lanes.map(|c| Floats::load_array(simd, c));

@@ -56,10 +56,21 @@ pub(super) fn nearest<S: Simd>(simd: S, hits: &[Drawn<S>], skip: Floats<S>) -> D
     best
 }
 
-/// The linear colour of the face of a cut that shows values, of the brightnesses of the volumes that it cuts there, with their colours.
-pub(super) fn face_color(how: CutFace, cut: &[(f32, Vec3)]) -> Vec3 {
-    let clamped = |b: f32| b.clamp(0.0, 1.0);
-    let grey = |b: f32| Color([clamped(b); 3]).linear();
+/// The light of a brightness, kept between 0 and 1.
+pub(super) fn grey(brightness: f32) -> Vec3 {
+    Color([brightness.clamp(0.0, 1.0); 3]).linear()
+}
+
+/// What lies in a table of colours at a brightness.
+pub(super) fn color_in(colors: &[Vec4], brightness: f32) -> Vec3 {
+    let place = brightness.clamp(0.0, 1.0) * (colors.len() - 1) as f32;
+    let first = (place as usize).min(colors.len() - 2);
+    colors[first].lerp(colors[first + 1], place - first as f32).truncate()
+}
+
+/// The linear colour of the face of a cut that shows values, of the brightnesses of the volumes that it cuts there, with their colours; `own`
+/// where it shows only those of the nearest.
+pub(super) fn face_color(how: CutFace, own: Vec3, cut: &[(f32, Vec3)]) -> Vec3 {
     match (how, cut) {
         (CutFace::Blend, [_, _, ..]) => cut.iter().map(|(b, color)| *color * grey(*b)).sum::<Vec3>().min(Vec3::ONE),
         (CutFace::Difference, [(a, _), (b, _), ..]) => {
@@ -67,8 +78,7 @@ pub(super) fn face_color(how: CutFace, cut: &[(f32, Vec3)]) -> Vec3 {
             let end = if difference > 0.0 { FIRST_IS_MORE } else { SECOND_IS_MORE };
             Color(std::array::from_fn(|n| EQUAL[n] + (end[n] - EQUAL[n]) * difference.abs())).linear()
         }
-        (_, [(b, _), ..]) => grey(*b),
-        _ => Vec3::ZERO,
+        _ => own,
     }
 }
 

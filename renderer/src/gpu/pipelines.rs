@@ -112,7 +112,7 @@ pub(super) fn compile(
 
 impl Pipelines {
     pub fn new(gpu: &Gpu) -> Self {
-        let entries = [0, 1, 2, 3, 4, 5].map(|binding| entry(binding, storage(binding != 4)));
+        let entries = [0, 1, 2, 3, 4, 5, 6].map(|binding| entry(binding, storage(binding != 4)));
         let (shade_layout, shade) = compile(gpu, "shade", &shade_source(), &entries);
         let linear = wgpu::FilterMode::Linear;
         let descriptor = wgpu::SamplerDescriptor { label: Some("filter"), mag_filter: linear, min_filter: linear, ..Default::default() };
@@ -230,6 +230,7 @@ impl Pipelines {
         let shadow_numbers = if plan.shade.shadows == 1 { compiled(Parts::Shadow) } else { vec![] };
         let colors = filled_buffer(gpu, bytemuck::cast_slice(&plan.colors), BufferUsages::STORAGE);
         let params = filled_buffer(gpu, bytemuck::bytes_of(&plan.shade), BufferUsages::STORAGE);
+        let face_colors = filled_buffer(gpu, bytemuck::cast_slice(&plan.face_colors), BufferUsages::STORAGE);
         for blocks in plan.batches() {
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
             let mut pass = encoder.begin_compute_pass(&Default::default());
@@ -252,6 +253,7 @@ impl Pipelines {
                 bound(3, part(&first.blocks, &blocks, size_of::<Block>())),
                 bound(4, part(&target.pixels, &blocks, BLOCK_PIXELS * size_of::<Pixel>())),
                 bound(5, target.shadows.as_entire_binding()),
+                bound(6, face_colors.as_entire_binding()),
             ];
             let layout = &self.shade_layout;
             dispatch(

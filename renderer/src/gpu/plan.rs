@@ -22,6 +22,8 @@ pub(super) struct Plan {
     pub shade: ShadeParams,
     /// For each volume.
     pub colors: Vec<ShadeLayer>,
+    /// One behind the other of all volumes, where cuts show them.
+    pub face_colors: Vec<[f32; 4]>,
     /// First pixels of the blocks that are drawn, in rows.
     pub blocks: Vec<[u32; 2]>,
     /// Blocks in one dispatch.
@@ -57,7 +59,8 @@ pub(super) struct VolumeOnGpu {
     pub blocks: wgpu::Buffer,
     /// How far the light sees, in a scene with shadows.
     pub light_spans: Option<wgpu::Buffer>,
-    /// Cuts, levels with their paints, the table of steps, and gradients with their factors: `extras` of `shaders/cuts.wgsl`.
+    /// Cuts, levels with their paints, the table of steps, gradients with their factors, and colours of faces: `extras` of
+    /// `shaders/cuts.wgsl`.
     pub extras: wgpu::Buffer,
 }
 
@@ -74,7 +77,8 @@ fn extras_of(layer: &FrameLayer) -> Vec<[f32; 4]> {
     let levels = layer.levels.iter().zip(&layer.paints).flat_map(|(&level, paint)| [[level, 0.0, 0.0, 0.0], paint.to_array()]);
     let table = layer.steps.entries.iter().map(|entry| entry.to_array());
     let gradients = layer.gradient_factors.iter().map(|&[magnitude, factor]| [magnitude, factor, 0.0, 0.0]);
-    let mut extras: Vec<[f32; 4]> = planes.chain(tubes).chain(levels).chain(table).chain(gradients).collect();
+    let faces = layer.face_colors.iter().map(|color| color.to_array());
+    let mut extras: Vec<[f32; 4]> = planes.chain(tubes).chain(levels).chain(table).chain(gradients).chain(faces).collect();
     // A buffer has at least one.
     if extras.is_empty() {
         extras.push([0.0; 4]);
@@ -186,6 +190,11 @@ impl GpuRenderer {
         let color = |l: &&FrameLayer| ShadeLayer { color: l.color.extend(l.opacity).to_array(), id: l.index as u32 + 1, padding: [0; 3] };
         let trace = layers.iter().enumerate().map(trace).collect();
         let colors = layers.iter().map(color).collect();
-        Ok(Plan { method: scene.method(), volumes, trace, shade, colors, blocks: pixels, batch })
+        let mut face_colors: Vec<[f32; 4]> = layers.iter().flat_map(|l| &l.face_colors).map(|c| c.to_array()).collect();
+        // A buffer has at least one.
+        if face_colors.is_empty() {
+            face_colors.push([0.0; 4]);
+        }
+        Ok(Plan { method: scene.method(), volumes, trace, shade, colors, face_colors, blocks: pixels, batch })
     }
 }
