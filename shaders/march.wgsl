@@ -3,10 +3,12 @@
 // dvr_exact.wgsl.
 // The twin of `march` in renderer/src/cpu/march.rs.
 
-// For each pixel its colour as sRGB with straight alpha, its depth behind the base plane, and the volume's number, 0 where there is none.
+// For each pixel its colour as sRGB with straight alpha, its depth behind the base plane, the volume's number, 0 where there is none, and
+// whether there is anything.
 @group(0) @binding(4) var<storage, read_write> pixels: array<vec4<u32>>;
 
 const ALL_FAR: f32 = 1e30;
+const UNFINISHED: u32 = 2u;
 
 // What a ray has gathered: premultiplied linear colour and opacity; depth and volume of what is drawn first.
 var<private> gathered: vec4<f32>;
@@ -115,6 +117,11 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
             break;
         }
     }
+    // llvmpipe ends every loop once an invocation has gone some ten thousand times round all of its loops: then this one is not gone round twice.
+    var rounds = 0u;
+    while rounds < 2u + params_0.zero {
+        rounds += 1u;
+    }
     if face_id > 0u {
         var cut = no_faces();
         //EACH
@@ -137,6 +144,6 @@ fn march(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
         pack4x8unorm(vec4<f32>(encode(straight), clamp(all.w, 0.0, 1.0))),
         bitcast<u32>(first_s),
         first_id,
-        select(0u, 1u, gathered.w > 0.0),
+        select(UNFINISHED, select(0u, 1u, gathered.w > 0.0), rounds == 2u),
     );
 }

@@ -103,6 +103,8 @@ fn world_line_of(pixel: vec2<u32>) -> Line {
     return Line(at_pixel(params.world_origin, pixel), at_pixel(params.world_direction, pixel));
 }
 
+const ON_FACE_VOXEL: f32 = 1e-3;
+
 // The face of a cut that shows values.
 struct Face {
     is_face: bool,
@@ -120,7 +122,7 @@ fn face_of(line: Line, part: Kept) -> Face {
     }
     let at = line_at(line, part.begin);
     let p = at.hi + at.lo;
-    if any(p < vec3<f32>(0.0)) || any(p > vec3<f32>(params.dims - 1)) {
+    if any(p < vec3<f32>(-ON_FACE_VOXEL)) || any(p > vec3<f32>(params.dims - 1) + ON_FACE_VOXEL) {
         return Face(false, 0.0);
     }
     let cell = clamp(vec3<i32>(floor(p)), vec3<i32>(0), params.dims - 2);

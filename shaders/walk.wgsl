@@ -279,26 +279,27 @@ fn met_at_entry(pace: Pace, at: InBrick) -> u32 {
 }
 
 // Gradient at a point of a cell, in index space and pointing inward: central differences of samples, one-sided at the grid's border,
-// interpolated. Of the samples along an axis that are interpolated across it, the differences are those that the samples' would be.
+// interpolated. Differences come first: where all samples are equal nothing is left, however a driver rounds.
 fn smooth_gradient(cell: vec3<i32>, local: vec3<f32>) -> vec3<f32> {
     let low = around(cell, local.xy);
     let high = around(cell + vec3<i32>(0, 0, 1), local.xy);
+    let below = corners(cell - vec3<i32>(0, 0, 1));
+    let above = corners(cell + vec3<i32>(0, 0, 2));
     let x = mix(low.along_x, high.along_x, local.z);
     let y = mix(low.along_y, high.along_y, local.z);
-    let below = bilinear(corners(cell - vec3<i32>(0, 0, 1)), local.xy);
-    let above = bilinear(corners(cell + vec3<i32>(0, 0, 2)), local.xy);
-    let z = vec4<f32>(below, mix(low.along_x.y, low.along_x.z, local.x), mix(high.along_x.y, high.along_x.z, local.x), above);
+    let z = vec2<f32>(bilinear(high.corners - below, local.xy), bilinear(above - low.corners, local.xy));
     // At the border the sample beyond is the one at the border.
-    let at_low = select(vec3<f32>(0.5), vec3<f32>(1.0), cell == vec3<i32>(0)) * (vec3<f32>(x.z, y.z, z.z) - vec3<f32>(x.x, y.x, z.x));
-    let at_high =
-        select(vec3<f32>(0.5), vec3<f32>(1.0), cell == params.dims - 2) * (vec3<f32>(x.w, y.w, z.w) - vec3<f32>(x.y, y.y, z.y));
+    let at_low = select(vec3<f32>(0.5), vec3<f32>(1.0), cell == vec3<i32>(0)) * vec3<f32>(x.x, y.x, z.x);
+    let at_high = select(vec3<f32>(0.5), vec3<f32>(1.0), cell == params.dims - 2) * vec3<f32>(x.y, y.y, z.y);
     return mix(at_low, at_high, local);
 }
 
-// In a layer of samples, four values along each axis: from the one before a cell to the one behind it, interpolated across.
+// In a layer of samples, along each axis the differences around a cell's lower samples and around its higher ones, interpolated across; and its
+// corners there.
 struct Around {
-    along_x: vec4<f32>,
-    along_y: vec4<f32>,
+    along_x: vec2<f32>,
+    along_y: vec2<f32>,
+    corners: vec4<f32>,
 }
 
 fn around(cell: vec3<i32>, local: vec2<f32>) -> Around {
@@ -307,8 +308,9 @@ fn around(cell: vec3<i32>, local: vec2<f32>) -> Around {
     let low_high = corners(cell + vec3<i32>(-1, 1, 0));
     let high_high = corners(cell + vec3<i32>(1, 1, 0));
     return Around(
-        mix(vec4<f32>(low_low.zw, high_low.zw), vec4<f32>(low_high.xy, high_high.xy), local.y),
-        mix(vec4<f32>(low_low.yw, low_high.yw), vec4<f32>(high_low.xz, high_high.xz), local.x),
+        mix(high_low.zw - low_low.zw, high_high.xy - low_high.xy, local.y),
+        mix(low_high.yw - low_low.yw, high_high.xz - high_low.xz, local.x),
+        vec4<f32>(low_low.w, high_low.z, low_high.y, high_high.x),
     );
 }
 

@@ -95,27 +95,28 @@ impl Source<'_> {
             around.known |= new;
         }
         let [x, y, z] = *local;
-        // What each column of samples along an axis is at the point's other two coordinates.
-        let at = |x: usize, y: usize, z: usize| &v[z][y][x];
-        let columns = [
-            across(simd, |n| [at(n, 1, 1), at(n, 2, 1), at(n, 1, 2), at(n, 2, 2)], y, z),
-            across(simd, |n| [at(1, n, 1), at(2, n, 1), at(1, n, 2), at(2, n, 2)], x, z),
-            across(simd, |n| [at(1, 1, n), at(2, 1, n), at(1, 2, n), at(2, 2, n)], x, y),
-        ];
         let (one, half) = (Floats::splat(simd, 1.0), Floats::splat(simd, 0.5));
+        // What each difference of samples along an axis is at the point's other two coordinates.
+        let differences = [
+            [across(simd, v, 0, 0, y, z), across(simd, v, 0, 1, y, z)],
+            [across(simd, v, 1, 0, x, z), across(simd, v, 1, 1, x, z)],
+            [across(simd, v, 2, 0, x, y), across(simd, v, 2, 1, x, y)],
+        ];
         axes!(a => {
-            let g = columns[a];
             // One-sided where the column was cut short.
             let (first, last) = (cell[a].simd_eq(0), cell[a].simd_eq(dims[a] - 2));
-            mix((g[2] - g[0]) * first.select(one, half), (g[3] - g[1]) * last.select(one, half), local[a])
+            mix(differences[a][0] * first.select(one, half), differences[a][1] * last.select(one, half), local[a])
         })
     }
 }
 
+/// By z, y and x.
+type Block = [[[[f32; LANES]; 4]; 4]; 4];
+
 /// The samples around cells: 4 along each axis, where the grid has them, but not the corners of that block. Several points of a cell are
 /// interpolated from the same.
 pub(super) struct Around<S: Simd> {
-    samples: [[[[f32; LANES]; 4]; 4]; 4],
+    samples: Block,
     /// In which lanes they are read.
     pub known: Mask<S>,
 }
@@ -127,17 +128,24 @@ impl<S: Simd> Around<S> {
     }
 }
 
-/// Four times between four values.
+/// Differences along an axis around cells' lower samples (`n` = 0) or higher ones (1), interpolated between the four columns through the cell.
+/// What is interpolated are differences, as in the shader: of equal samples nothing may be left, however it is rounded.
 #[inline(always)]
-fn across<'a, S: Simd>(simd: S, f: impl Fn(usize) -> [&'a [f32; LANES]; 4], u: Floats<S>, v: Floats<S>) -> [Floats<S>; 4] {
-    [bilinear(simd, f(0), u, v), bilinear(simd, f(1), u, v), bilinear(simd, f(2), u, v), bilinear(simd, f(3), u, v)]
+fn across<S: Simd>(simd: S, v: &Block, axis: usize, n: usize, u: Floats<S>, w: Floats<S>) -> Floats<S> {
+    let low = mix(difference(simd, v, axis, n, [1, 1]), difference(simd, v, axis, n, [2, 1]), u);
+    let high = mix(difference(simd, v, axis, n, [1, 2]), difference(simd, v, axis, n, [2, 2]), u);
+    mix(low, high, w)
 }
 
-/// Between four values at (0, 0), (1, 0), (0, 1) and (1, 1).
+/// Of samples n and n + 2 of the column along an axis that is at p and q of the other two.
 #[inline(always)]
-fn bilinear<S: Simd>(simd: S, f: [&[f32; LANES]; 4], u: Floats<S>, v: Floats<S>) -> Floats<S> {
-    let load = |n: usize| Floats::load_array_ref(simd, f[n]);
-    mix(mix(load(0), load(1), u), mix(load(2), load(3), u), v)
+fn difference<S: Simd>(simd: S, v: &Block, axis: usize, n: usize, [p, q]: [usize; 2]) -> Floats<S> {
+    let (from, to) = match axis {
+        0 => (&v[q][p][n], &v[q][p][n + 2]),
+        1 => (&v[q][n][p], &v[q][n + 2][p]),
+        _ => (&v[n][q][p], &v[n + 2][q][p]),
+    };
+    Floats::load_array_ref(simd, to) - Floats::load_array_ref(simd, from)
 }
 
 #[inline(always)]

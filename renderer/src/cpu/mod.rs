@@ -498,6 +498,9 @@ fn trace<S: Simd>(
     })
 }
 
+/// A cut may lie in the box's own face: so far beside it, which is more than rounding and less than a pixel shows, it is in the volume.
+const ON_FACE_VOXEL: f32 = 1e-3;
+
 /// Where cuts show the values of a volume.
 struct Face<S: Simd> {
     is: Mask<S>,
@@ -533,7 +536,7 @@ fn face_of<S: Simd>(
             let at = lines.at(kept.begin);
             let p = axes!(a => at[a].to_floats());
             let dims = field.dims;
-            let within = axes!(a => p[a].simd_ge(0.0) & p[a].simd_le((dims[a] - 1) as f32));
+            let within = axes!(a => p[a].simd_ge(-ON_FACE_VOXEL) & p[a].simd_le((dims[a] - 1) as f32 + ON_FACE_VOXEL));
             let is = of & kept.is_cut & kept.begin.simd_le(kept.end) & within[0] & within[1] & within[2];
             if !is.any_true() {
                 return none;

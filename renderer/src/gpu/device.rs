@@ -58,6 +58,14 @@ pub enum GpuError {
         /// The adapter's name.
         adapter: String,
     },
+    /// A driver that ends loops which take long, as llvmpipe does after 65,535 rounds.
+    #[error(
+        "{adapter} gave up on long rays, as drivers in software do: use --backend cpu, or fewer steps, or more opaque surfaces without shadows"
+    )]
+    Unfinished {
+        /// The adapter.
+        adapter: String,
+    },
     /// An adapter without a filter for float32 textures.
     #[error("{adapter} cannot filter textures of float32, which the solver filter is; use another --solver")]
     NoFilter {

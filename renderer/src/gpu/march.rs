@@ -176,6 +176,9 @@ impl March {
     }
 }
 
+/// What a ray says that a driver has ended: `UNFINISHED` of `shaders/march.wgsl`.
+const UNFINISHED: u32 = 2;
+
 /// What a pixel is read as: of a march its colour, depth, volume and whether there is anything; of a projection what is gathered.
 type Record = [u32; 4];
 const _: () = assert!(size_of::<Record>() as u64 == HIT_BYTES);
@@ -276,8 +279,10 @@ impl GpuRenderer {
             }
             let group =
                 gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("march"), layout: &march.layout, entries: &entries });
+            let mut is_done = true;
             read_records(gpu, &march.pipeline, &group, blocks.len(), (&records, 0), &back, |records| {
                 for_pixels(&plan.blocks[blocks.clone()], records, width, height, |place, &[color, s, id, is_there]| {
+                    is_done &= is_there != UNFINISHED;
                     if is_there == 0 {
                         return;
                     }
@@ -288,6 +293,9 @@ impl GpuRenderer {
                     }
                 });
             })?;
+            if !is_done {
+                return Err(GpuError::Unfinished { adapter: gpu.info.name.clone() });
+            }
         }
         Ok(picture)
     }
