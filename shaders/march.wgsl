@@ -40,7 +40,7 @@ fn share_of_light(pixel: vec2<u32>, s: f32) -> f32 {
     return select(0.0, share, share > DARK);
 }
 
-const DARK: f32 = 1e-3;
+const DARK: f32 = 1.5e-4;
 
 // A number from 0 to 1 that looks like chance, for each pixel the same in every frame (O'Neill 2014, PCG).
 fn noise_at(pixel: vec2<u32>) -> f32 {

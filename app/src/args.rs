@@ -93,7 +93,8 @@ pub enum Command {
     /// Time the orbit
     #[command(after_help = "Example:\n  bregma bench skull.nrrd --iso 300 --json")]
     Bench(BenchArgs),
-    /// Speed against accuracy of every solver: chart.csv, chart.svg, chart.png, and a picture of each one's errors
+    /// Speed against accuracy of every solver (chart, and a picture of each one's errors), of the integrators of dvr (integrals), and of
+    /// gradients on the demo's phantom (normals): each .csv, .svg and .png
     #[command(after_help = "Examples:\n  bregma chart skull.nrrd --iso 300 --out chart\n  bregma chart --backend cpu --out chart")]
     Chart(ChartArgs),
 }

@@ -36,6 +36,16 @@ pub enum Compare {
 pub type Part = (Scene, [u32; 2]);
 
 impl Compare {
+    /// Whether its numbers can be used.
+    pub fn is_sound(&self) -> bool {
+        match *self {
+            Self::Off | Self::SideBySide => true,
+            Self::Swipe { part } => (0.0..=1.0).contains(&part),
+            Self::Checkerboard { size_px } => size_px > 0,
+            Self::Flicker { per_s } => per_s > 0.0 && per_s.is_finite(),
+        }
+    }
+
     /// Whether nothing is compared.
     pub fn is_off(&self) -> bool {
         *self == Self::Off
@@ -128,16 +138,17 @@ impl Compare {
 impl FromStr for Compare {
     type Err = String;
 
-    /// `side`, `swipe:PART` or `checker:PIXELS`.
+    /// `off`, `side`, `swipe:PART` or `checker:PIXELS`.
     fn from_str(text: &str) -> Result<Self, String> {
         let (name, number) = text.split_once(':').unwrap_or((text, ""));
         match name {
+            "off" if number.is_empty() => Some(Self::Off),
             "side" if number.is_empty() => Some(Self::SideBySide),
             "swipe" => number.parse().ok().filter(|part| (0.0..=1.0).contains(part)).map(|part| Self::Swipe { part }),
             "checker" => number.parse().ok().filter(|n| *n > 0).map(|size_px| Self::Checkerboard { size_px }),
             _ => None,
         }
-        .ok_or_else(|| "neither `side` nor `swipe:PART` with a part from 0 to 1, nor `checker:N` with N pixels".into())
+        .ok_or_else(|| "neither `off` nor `side` nor `swipe:PART` with a part from 0 to 1, nor `checker:N` with N pixels".into())
     }
 }
 

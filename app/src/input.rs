@@ -1,7 +1,8 @@
 //! From what the person names to what is drawn: files with their registration, a session, or the built-in pair.
 
 use crate::compare::Compare;
-use bregma_renderer::{Clip, Layer, Scene};
+use crate::look::PER_VOXEL;
+use bregma_renderer::{Clip, Integrator, Layer, Projection, Scene};
 use bregma_synthetic::Which;
 use bregma_volume::formats::{self, Hints, OpenError, Reduce, Scan, Uneven};
 use bregma_volume::{Cancelled, Progress, TransformError, Volume, read_transform};
@@ -286,12 +287,16 @@ impl Session {
         if session.scene.layers.iter().any(|l| !l.transform.is_finite() || l.transform.matrix3.determinant() == 0.0) {
             return Err(fail("one of its transforms cannot be inverted".into()));
         }
-        for transfer in session.scene.layers.iter().filter_map(|l| l.transfer.clone()) {
-            let name = transfer.name.clone();
-            transfer.checked().map_err(|e| fail(format!("its transfer function {name} {e}")))?;
+        for transfer in session.scene.layers.iter_mut().filter_map(|l| l.transfer.as_mut()) {
+            let mut own = transfer.clone();
+            // Of points at one value, as an isovalue at the end of the range makes them, one is enough.
+            own.points.dedup_by(|b, a| a.value == b.value);
+            let name = own.name.clone();
+            *transfer = own.checked().map_err(|e| fail(format!("its transfer function {name} {e}")))?;
         }
-        if !session.scene.clips.iter().all(Clip::is_sound) {
-            return Err(fail("one of its cuts has a direction without length, or no size".into()));
+        session.scene.clips.iter_mut().for_each(Clip::normalize);
+        if let Some(flaw) = session.flaw() {
+            return Err(fail(flaw.into()));
         }
         let folder = file.parent().unwrap_or(Path::new(""));
         for volume in &mut session.volumes {
@@ -301,6 +306,31 @@ impl Session {
             volume.file = folder.join(&volume.file);
         }
         Ok(Some(session))
+    }
+
+    /// What of the scene no renderer could draw, if anything.
+    fn flaw(&self) -> Option<&'static str> {
+        let scene = &self.scene;
+        let share = |v: f32| (0.0..=1.0).contains(&v);
+        let opacities = scene.layers.iter().flat_map(|l| l.shells.iter().map(|s| s.opacity).chain([l.opacity]));
+        let fov_deg = if let Projection::Perspective { fov_deg } = scene.camera.projection { fov_deg } else { 30.0 };
+        let per_voxel = if let Integrator::Steps { per_voxel, .. } = scene.integrator { per_voxel } else { 1.0 };
+        let count = scene.layers.len();
+        let of_none = scene.clips.iter().flat_map(|clip| clip.layers.iter().flatten()).any(|n| *n >= count);
+        [
+            (!scene.clips.iter().all(Clip::is_sound), "one of its cuts has a direction without length, or no size"),
+            (of_none, "one of its cuts is of a scan that it has not"),
+            (
+                !opacities.into_iter().all(share) || !share(scene.depth_cue),
+                "one of its opacities, or its depth cue, is not between 0 and 1",
+            ),
+            (!(PER_VOXEL.contains(&per_voxel)), "its steps in a voxel's length are not between 0.01 and 1000"),
+            (!(fov_deg > 0.0 && fov_deg < 180.0), "its field of view is not between 0 and 180 degrees"),
+            (scene.window.is_some_and(|w| w.width <= 0.0), "its window has no width"),
+            (!self.compare.is_sound(), "how it compares scans has a number that cannot be"),
+        ]
+        .into_iter()
+        .find_map(|(is_flawed, flaw)| is_flawed.then_some(flaw))
     }
 
     /// The session of `opened`, with files named relative to `folder` where they lie below it.

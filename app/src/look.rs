@@ -3,7 +3,7 @@
 use crate::commands::{CommandError, set_each};
 use crate::input::Opened;
 use crate::presets;
-use bregma_renderer::{Clip, Color, CutFace, Integrator, Mode, Normals, Reconstruction, Shape, Shell, Window};
+use bregma_renderer::{Clip, Color, CutFace, Integrator, Mode, Normals, Reconstruction, Scene, Shape, Shell, Window};
 use clap::{Args, ValueEnum};
 use glam::DVec3;
 
@@ -47,7 +47,8 @@ pub struct LookArgs {
     /// max, mean and xray of the gradient's magnitude, per mm
     #[arg(long)]
     pub gradient: bool,
-    /// From black to white, in values; what the picture holds when absent
+    /// From black to white, in values (xray: what --values would be without air); when absent what the picture holds, or on faces of cuts
+    /// 1000 about 400 HU, or the scan's range
     #[arg(long, value_name = "W", value_parser = crate::args::positive, requires = "level")]
     pub window: Option<f64>,
     /// The middle of the window
@@ -56,12 +57,12 @@ pub struct LookArgs {
     /// Keeps n·x ≤ D, mm, of all volumes, or of volume N (from 1) alone; may be given again
     #[arg(long, value_name = "NX,NY,NZ,D[@N]", value_parser = plane, allow_hyphen_values = true)]
     pub clip: Vec<Clip>,
-    /// Keeps a box along the world's axes, mm
+    /// Keeps a box along the world's axes, mm; may be given again
     #[arg(long, value_name = "X0,Y0,Z0,X1,Y1,Z1[@N]", value_parser = cuboid, allow_hyphen_values = true)]
-    pub crop: Option<Clip>,
-    /// Keeps a cylinder along a direction, mm: a point of its axis, the direction, the radius
+    pub crop: Vec<Clip>,
+    /// Keeps a cylinder along a direction, mm: a point of its axis, the direction, the radius; may be given again
     #[arg(long, value_name = "X,Y,Z,DX,DY,DZ,R[@N]", value_parser = cylinder, allow_hyphen_values = true)]
-    pub cylinder: Option<Clip>,
+    pub cylinder: Vec<Clip>,
     /// What cuts show of a volume
     #[arg(long, value_enum)]
     pub cut_face: Option<CutFaceName>,
@@ -169,11 +170,50 @@ impl LookArgs {
     }
 }
 
+impl LookArgs {
+    /// A sentence for each option that changes nothing in a scene of such a mode.
+    pub fn idle(&self, scene: &Scene) -> Vec<String> {
+        let (dvr, projection) = (scene.mode == Mode::Dvr, scene.mode.is_projection());
+        let surfaces = matches!(scene.mode, Mode::Iso | Mode::Overlay);
+        let through = surfaces && !scene.is_opaque();
+        let cut = !scene.clips.is_empty() && !projection;
+        let faces = cut && scene.cut_face != CutFace::Bone;
+        let by_transfer = dvr || cut && scene.cut_face == CutFace::Transfer;
+        let steps = dvr && scene.integrator != Integrator::Exact;
+        let options = [
+            ("--shadows", self.shadows, surfaces),
+            ("--opacity", !self.opacity.is_empty(), surfaces),
+            ("--inner-color", !self.inner_color.is_empty(), through),
+            ("--shell", !self.shell.is_empty(), through),
+            ("--transfer", !self.transfer.is_empty(), by_transfer),
+            ("--integrator", self.integrator.is_some(), dvr),
+            ("--no-jitter", self.no_jitter, steps),
+            ("--normals", self.normals.is_some(), !projection && !scene.draws_spline()),
+            ("--gradient", self.gradient, projection),
+            ("--window and --level", self.window.is_some(), projection || faces),
+            ("--cut-face", self.cut_face.is_some(), cut),
+            ("--depth-cue", self.depth_cue.is_some(), !projection),
+        ];
+        let idle = options.iter().filter(|(_, is_given, counts)| *is_given && !counts);
+        let mut sentences: Vec<String> =
+            idle.map(|(name, ..)| format!("{name} changes nothing here: see docs/modes.md for what uses it")).collect();
+        let of_two = matches!(scene.cut_face, CutFace::Blend | CutFace::Difference);
+        let is_cut = |n: usize| scene.layers[n].visible && scene.clips.iter().any(|clip| clip.cuts(n));
+        if faces && of_two && (0..scene.layers.len()).filter(|n| is_cut(*n)).count() < 2 {
+            sentences.push("--cut-face shows the density alone: blend and difference are of two scans that one cut goes through".into());
+        }
+        sentences
+    }
+}
+
+/// Points in a voxel's length that can be asked for.
+pub const PER_VOXEL: std::ops::RangeInclusive<f32> = 0.01..=1000.0;
+
 fn integrator(text: &str) -> Result<Integrator, String> {
     if text == "exact" {
         return Ok(Integrator::Exact);
     }
-    let count = text.strip_prefix("steps:").and_then(|n| n.parse::<f32>().ok()).filter(|n| (0.01..=1000.0).contains(n));
+    let count = text.strip_prefix("steps:").and_then(|n| n.parse::<f32>().ok()).filter(|n| PER_VOXEL.contains(n));
     let steps = |per_voxel| Integrator::Steps { per_voxel, jitter: true };
     count.map(steps).ok_or_else(|| "neither `exact` nor `steps:N` with N from 0.01 to 1000 points in a voxel's length".into())
 }

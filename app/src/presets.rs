@@ -34,12 +34,14 @@ pub struct Preset {
 #[derive(Debug, Error)]
 pub enum PresetError {
     /// Neither a preset's name nor a file.
-    #[error("{name}: no preset and no file; there are {known}, or write a file as docs/guide.md says")]
+    #[error("{name}: no preset and no file; there are {known}, or write a file as docs/modes.md says{broken}")]
     Unknown {
         /// As it was asked for.
         name: String,
         /// The names.
         known: String,
+        /// What is wrong with files that may have been meant.
+        broken: String,
     },
     /// A file that is not what it should be.
     #[error("{}: {reason}", file.display())]
@@ -68,8 +70,10 @@ pub fn own_folder() -> Option<PathBuf> {
 
 /// All presets by name, users' own first; files that cannot be read are left out, and reported.
 pub fn all() -> (Vec<Preset>, Vec<PresetError>) {
-    let mut files: Vec<PathBuf> =
-        own_folder().and_then(|folder| fs::read_dir(folder).ok()).into_iter().flatten().flatten().map(|e| e.path()).collect();
+    // What file managers leave there is no preset, and neither is a folder.
+    let is_preset = |file: &PathBuf| file.is_file() && !file.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."));
+    let entries = own_folder().and_then(|folder| fs::read_dir(folder).ok()).into_iter().flatten().flatten();
+    let mut files: Vec<PathBuf> = entries.map(|e| e.path()).filter(is_preset).collect();
     files.sort();
     let (mut presets, mut errors) = (vec![], vec![]);
     for file in files {
@@ -85,18 +89,18 @@ pub fn all() -> (Vec<Preset>, Vec<PresetError>) {
 /// The preset of that name, or in that file.
 pub fn find(name: &str) -> Result<Preset, PresetError> {
     let (presets, errors) = all();
-    let same = |preset: &Preset| preset.transfer.name.to_lowercase().replace(' ', "-") == name.to_lowercase().replace(' ', "-");
+    // The micro sign, the Greek letter, and what a keyboard without either has.
+    let plain = |name: &str| name.to_lowercase().replace(' ', "-").replace(['µ', 'μ'], "u");
+    let same = |preset: &Preset| plain(&preset.transfer.name) == plain(name);
     if let Some(preset) = presets.iter().find(|p| same(p)) {
         return Ok(preset.clone());
     }
     if Path::new(name).exists() {
         return read(Path::new(name));
     }
-    if let Some(error) = errors.into_iter().next() {
-        return Err(error);
-    }
     let known = presets.iter().map(|p| p.transfer.name.as_str()).collect::<Vec<_>>().join(", ");
-    Err(PresetError::Unknown { name: name.into(), known })
+    let broken = errors.iter().map(|e| format!("; {e}")).collect();
+    Err(PresetError::Unknown { name: name.into(), known, broken })
 }
 
 fn read(file: &Path) -> Result<Preset, PresetError> {

@@ -4,7 +4,7 @@ use crate::args::Colors;
 use crate::chart::plot::{FONT, fonts};
 use bregma_measure::mesh::Mesh;
 use bregma_measure::thickness::{Statistics, cell_at};
-use bregma_renderer::{Light, Picture, Scene, Surface};
+use bregma_renderer::{Light, Picture, Reconstruction, Scene, Surface};
 use fast_srgb8::{f32_to_srgb8, srgb8_to_f32};
 use plotters::prelude::*;
 use std::error::Error;
@@ -39,6 +39,8 @@ impl Scale {
 
 /// The scene that a map is painted on: the surface white, without highlights, and lit enough on all sides for its colours to be read.
 pub fn white(mut scene: Scene) -> Scene {
+    // The mesh is the interpolant's.
+    scene.reconstruction = Reconstruction::Trilinear;
     scene.light = Light { ambient: 0.4, diffuse: 0.6, specular: 0.0, ..scene.light };
     scene.layers.iter_mut().for_each(|layer| layer.color = bregma_renderer::Color([1.0; 3]));
     scene

@@ -68,12 +68,26 @@ impl Clip {
         Self { layers: Some(own.into_iter().map(|n| n + first).collect()), ..self.clone() }
     }
 
+    /// Makes its directions unit, where they have a length and are not; a plane stays where it is.
+    pub fn normalize(&mut self) {
+        // Normalizing again would change last digits.
+        let is_unit = |v: DVec3| (v.length() - 1.0).abs() < 1e-12;
+        match &mut self.shape {
+            Shape::Plane { normal, offset_mm } if normal.length() > 0.0 && !is_unit(*normal) => {
+                *offset_mm /= normal.length();
+                *normal = normal.normalize();
+            }
+            Shape::Cylinder { axis, .. } if !is_unit(*axis) => *axis = axis.normalize_or_zero(),
+            _ => {}
+        }
+    }
+
     /// Whether every number of it is one, and its directions are unit.
     pub fn is_sound(&self) -> bool {
         let is_unit = |v: DVec3| (v.length() - 1.0).abs() < 1e-6;
         match self.shape {
             Shape::Plane { normal, offset_mm } => is_unit(normal) && offset_mm.is_finite(),
-            Shape::Box { low_mm, high_mm } => low_mm.is_finite() && high_mm.is_finite(),
+            Shape::Box { low_mm, high_mm } => low_mm.is_finite() && high_mm.is_finite() && low_mm.cmplt(high_mm).all(),
             Shape::Cylinder { centre_mm, axis, radius_mm } => centre_mm.is_finite() && is_unit(axis) && radius_mm > 0.0,
         }
     }

@@ -157,12 +157,18 @@ impl Frame {
         let step_mm = if finest_mm.is_finite() && per_voxel > 0.0 { (finest_mm / per_voxel).max(least_mm) } else { 1.0 };
         // From here on a surface of the spline is one of its coefficients.
         let surfaces: Vec<_> = if scene.draws_spline() {
+            for (_, Surface { volume, .. }) in &surfaces {
+                let largest = volume.histogram().range.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+                if largest > spline::MOST_SAMPLE {
+                    return Err(RenderError::NoSpline { name: volume.name().to_owned(), largest });
+                }
+            }
             let of_spline = |(index, surface): (usize, Surface)| (index, Surface { volume: maps.spline(&surface.volume), ..surface });
             surfaces.into_iter().map(of_spline).collect()
         } else {
             surfaces
         };
-        maps.keep_only(&surfaces);
+        maps.keep_only(&surfaces, if scene.draws_spline() { volumes } else { &[] });
         let layer = |(index, surface): (usize, Surface)| {
             let to_index = surface.grid.world_to_index();
             let normals = to_index.matrix3.transpose();
@@ -356,9 +362,13 @@ impl MapCache {
         maps.sum::<usize>() + splines.sum::<usize>()
     }
 
-    fn keep_only(&mut self, surfaces: &[(usize, Surface)]) {
-        self.known.retain(|(v, level, _)| surfaces.iter().any(|(_, s)| is_of(s, v, *level)));
-        self.splines.retain(|(_, spline)| surfaces.iter().any(|(_, s)| Arc::ptr_eq(spline, &s.volume)));
+    /// Forgets all but what is known of some surfaces, and of splines through some volumes, which others may draw by turns.
+    fn keep_only(&mut self, surfaces: &[(usize, Surface)], splines: &[Arc<Volume>]) {
+        self.splines.retain(|(of, _)| splines.iter().any(|volume| Arc::ptr_eq(of, volume)));
+        let is_spline = |volume: &Arc<Volume>| self.splines.iter().any(|(_, spline)| Arc::ptr_eq(spline, volume));
+        let is_drawn = |volume: &Arc<Volume>, level| surfaces.iter().any(|(_, s)| is_of(s, volume, level));
+        let has_newer = |volume: &Arc<Volume>| surfaces.iter().any(|(_, s)| Arc::ptr_eq(&s.volume, volume));
+        self.known.retain(|(v, level, _)| is_drawn(v, *level) || is_spline(v) && !has_newer(v));
     }
 }
 

@@ -118,6 +118,16 @@ pub enum RenderError {
     /// A registration that flattens a volume.
     #[error("the transform of a volume cannot be used: {0}")]
     Transform(#[from] GridError),
+    /// A spline of samples that are too large for it.
+    #[error(
+        "{name}: its samples reach {largest:e}, and beyond 1e35 float32 holds no spline of them; draw it without --reconstruction spline"
+    )]
+    NoSpline {
+        /// The scan.
+        name: String,
+        /// Its largest sample, without sign.
+        largest: f64,
+    },
     /// A solver that only graphics cards have.
     #[error("the solver {0} needs a graphics card; use --backend gpu or another --solver")]
     NeedsGpu(Solver),

@@ -76,7 +76,7 @@ pub enum Reconstruction {
     #[default]
     Trilinear,
     /// The tricubic B-spline through the samples (Sigg and Hadwiger 2005): smooth, slower to draw, and another surface. Its crossings are
-    /// found to 1e-3 voxel; two that lie within a thousandth of a voxel's length of each other, or few of them, may be missed.
+    /// found to 1e-3 voxel; two that lie nearer to each other than 1/512 of the way through a cell may be missed.
     Spline,
 }
 

@@ -6,6 +6,8 @@ use rayon::prelude::*;
 
 /// The pole of the filter that turns samples into coefficients of cubic B-splines: √3 − 2.
 const POLE: f64 = -0.267_949_192_431_122_7;
+/// Samples farther from 0 have no spline in float32: its coefficients are up to 27 times as large, which a volume takes for no numbers.
+pub(crate) const MOST_SAMPLE: f64 = 1e35;
 /// Samples that a filter's first value still depends on: the pole to this power is below float32's last place.
 const REACH: usize = 16;
 
@@ -27,7 +29,7 @@ pub(crate) fn coefficients(volume: &Volume) -> Volume {
         unit: volume.unit(),
         warnings: vec![],
     };
-    // The grid and the scale are a volume's, and averages of finite samples are finite.
+    // The grid and the scale are a volume's, and the samples were checked.
     Volume::new(volume.name().to_owned(), volume.format(), raster).expect("coefficients of a volume are a volume")
 }
 

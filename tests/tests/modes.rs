@@ -536,6 +536,36 @@ fn a_cuts_face_by_transfer_function_has_its_colours() {
 }
 
 #[test]
+fn equal_samples_are_shaded_alike_on_both_backends() {
+    // Fails if rounding makes a gradient where there is none: then a driver's noise shades the picture.
+    let grid = Grid::new([12; 3], DVec3::ONE, DVec3::splat(-5.5), DMat3::IDENTITY).unwrap();
+    let volumes = [volume("even", grid, Samples::I16(vec![100; 1728]))];
+    let mut scene = scene_of(&volumes, Mode::Dvr);
+    let transfer = TransferFunction { values: Values::Scan, over_mm: Some(10.0), ..TransferFunction::bone() };
+    let point = |value: f64, opacity: f64| Point { value, color: Color([0.9, 0.6, 0.3]), opacity };
+    scene.layers[0].transfer = Some(TransferFunction { points: vec![point(33.3, 0.0), point(77.7, 0.3)], ..transfer });
+    let [a, b] = [&mut CpuRenderer::default() as &mut dyn Renderer, &mut gpu()].map(|r| r.render(&volumes, &scene, 80, 80).unwrap());
+    let unlike = a.rgba.iter().zip(&b.rgba).filter(|(a, b)| color_difference(**a, **b) > 2).count();
+    assert!(unlike == 0 && a.rgba.iter().any(|c| *c != a.rgba[0]), "{unlike} pixels differ");
+}
+
+#[test]
+fn a_driver_that_ends_long_rays_is_told_and_not_believed() {
+    // Fails if a picture comes out wrong without a word: llvmpipe ends an invocation's loops after 65,535 rounds.
+    let volumes = [rough(4)];
+    let integrator = Integrator::Steps { per_voxel: 1000.0, jitter: false };
+    let scene = Scene { integrator, ..scene_of(&volumes, Mode::Dvr) };
+    let cpu = CpuRenderer::default().render(&volumes, &scene, 24, 16).unwrap();
+    match gpu().render(&volumes, &scene, 24, 16) {
+        Ok(picture) => assert!(picture.rgba.iter().zip(&cpu.rgba).all(|(a, b)| color_difference(*a, *b) <= 2)),
+        Err(e) => {
+            println!("{e}");
+            assert!(e.to_string().contains("--backend cpu"), "{e}");
+        }
+    }
+}
+
+#[test]
 fn both_backends_draw_every_mode_alike() {
     // Fails if a twin is changed without the other.
     let moved = DAffine3::from_translation(DVec3::new(3.0, -2.0, 1.0));

@@ -82,3 +82,36 @@ fn a_session_that_cannot_be_drawn_is_refused_in_a_sentence() {
     let error = read(&folder, &["session.json"]).unwrap_err();
     assert!(error.contains("cuts"), "{error}");
 }
+
+#[test]
+fn what_older_versions_and_people_wrote_is_mended_where_its_meaning_is_clear() {
+    // Fails if a session is refused for a direction that is not unit, or for two points of a transfer function at one value.
+    let folder = folder("session-mended", |opened| {
+        opened.scene.clips = vec![Clip::all(Shape::Plane { normal: DVec3::new(0.0, 0.0, 5.0), offset_mm: 10.0 })];
+        let mut twice = look();
+        twice.points.insert(1, twice.points[0]);
+        opened.scene.layers[0].transfer = Some(twice);
+    });
+    let again = read(&folder, &["session.json"]).unwrap();
+    assert_eq!(again.scene.clips, [Clip::all(Shape::Plane { normal: DVec3::Z, offset_mm: 2.0 })]);
+    assert_eq!(again.scene.layers[0].transfer, Some(look()));
+}
+
+#[test]
+fn numbers_that_no_picture_has_are_refused() {
+    // Fails if a session gets past the reading with what the command line refuses.
+    type Change = fn(&mut Opened);
+    let cases: [(&str, Change); 6] = [
+        ("opacities", |o| o.scene.layers[0].opacity = 3.0),
+        ("window", |o| o.scene.window = Some(bregma_renderer::Window { width: -1.0, level: 0.0 })),
+        ("steps", |o| o.scene.integrator = bregma_renderer::Integrator::Steps { per_voxel: 1e30, jitter: false }),
+        ("scan that it has not", |o| o.scene.clips = vec![Clip { layers: Some(vec![9]), ..cut() }]),
+        ("no size", |o| o.scene.clips = vec![Clip::all(Shape::Box { low_mm: DVec3::ONE, high_mm: DVec3::ZERO })]),
+        ("compares", |o| o.compare = Compare::Swipe { part: 9.0 }),
+    ];
+    for (n, (says, change)) in cases.into_iter().enumerate() {
+        let folder = folder(&format!("session-odd-{n}"), change);
+        let error = read(&folder, &["session.json"]).unwrap_err();
+        assert!(error.contains(says), "{error}");
+    }
+}

@@ -250,3 +250,14 @@ fn both_backends_draw_the_same_spline() {
     println!("{differ} of {all} pixels differ by more than 2/255");
     assert!(differ * 10_000 <= all);
 }
+
+#[test]
+fn samples_too_large_for_a_spline_are_told() {
+    // Fails if coefficients that float32 does not hold make another surface, or stop the program.
+    let grid = Grid::new([6; 3], DVec3::ONE, DVec3::ZERO, DMat3::IDENTITY).unwrap();
+    let volumes =
+        [volume("huge", grid, Samples::F32((0..216).map(|n| if (n + n / 6 + n / 36) % 2 == 0 { 5e36 } else { -5e36 }).collect()))];
+    let scene = scene_of(&volumes[0], 0.0, [20.0, 10.0]);
+    let error = CpuRenderer::default().render(&volumes, &scene, 20, 20).unwrap_err().to_string();
+    assert!(error.contains("huge") && error.contains("--reconstruction"), "{error}");
+}

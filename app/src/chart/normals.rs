@@ -108,8 +108,13 @@ pub fn csv(points: &[Point]) -> String {
 
 /// The figure.
 pub fn figure(points: &[Point]) -> Figure {
-    let mark =
-        |p: &Point| Mark { name: p.name.into(), backend: p.backend, ms_per_frame: p.ms_per_frame, off: p.half_deg, is_joined: false };
+    let mark = |p: &Point| Mark {
+        name: format!("{} {:.1}°", p.name, p.half_deg),
+        backend: p.backend,
+        ms_per_frame: p.ms_per_frame,
+        off: p.half_deg,
+        is_joined: false,
+    };
     Figure {
         caption: "Normals against the phantom's own",
         off: "degrees off, in the middle",

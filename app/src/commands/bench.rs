@@ -1,6 +1,6 @@
 //! `bregma bench`: how long the frames of the orbit take.
 
-use super::{CommandError, open, print, renderer};
+use super::{CommandError, open, print, renderer, set_isovalues, warn};
 use crate::args::{Backend, BenchArgs};
 use crate::chart::orbit;
 use serde::Serialize;
@@ -18,6 +18,8 @@ struct Record {
     threads: usize,
     mode: bregma_renderer::Mode,
     shadows: bool,
+    transparent: bool,
+    reconstruction: bregma_renderer::Reconstruction,
     solver: bregma_renderer::Solver,
     size: u32,
     frames: u32,
@@ -34,6 +36,8 @@ struct Record {
 pub fn bench(args: &BenchArgs, backend: Backend) -> Result<(), CommandError> {
     let mut opened = open(&args.sources.0, &args.isovalues)?;
     args.look.apply(&mut opened, Some(args.mode.into()))?;
+    set_isovalues(&mut opened, &args.isovalues)?;
+    warn(&args.look.idle(&opened.scene));
     opened.scene.solver = args.solver;
     let mut renderer = renderer(backend)?;
     let name = renderer.name();
@@ -67,6 +71,8 @@ pub fn bench(args: &BenchArgs, backend: Backend) -> Result<(), CommandError> {
         threads: rayon::current_num_threads(),
         mode: opened.scene.mode,
         shadows: opened.scene.shadows,
+        transparent: opened.scene.transparent,
+        reconstruction: opened.scene.reconstruction,
         solver: args.solver,
         size: args.size,
         frames: args.frames,

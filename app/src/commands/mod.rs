@@ -119,9 +119,14 @@ fn with_progress<T>(label: &'static str, work: impl FnOnce(&Progress) -> T) -> T
 /// Opens what a command names, with the isovalues it gives, and says what is unusual.
 fn open(sources: &[Source], isovalues: &Isovalues) -> Result<Opened, CommandError> {
     let mut opened = with_progress("reading", |progress| Opened::read(sources, progress))?;
-    set_each(&mut opened.scene.layers, &isovalues.iso, "--iso", |layer, iso| layer.iso = *iso)?;
+    set_isovalues(&mut opened, isovalues)?;
     warn(&opened.warnings());
     Ok(opened)
+}
+
+/// Sets the isovalues that are given, whatever a preset says.
+fn set_isovalues(opened: &mut Opened, isovalues: &Isovalues) -> Result<(), CommandError> {
+    set_each(&mut opened.scene.layers, &isovalues.iso, "--iso", |layer, iso| layer.iso = *iso)
 }
 
 /// Refuses to state lengths on a scan that nobody says the spacing of.

@@ -1,6 +1,6 @@
 //! `bregma render`: one picture.
 
-use super::{CommandError, open, renderer, require_spacing, warn};
+use super::{CommandError, open, renderer, require_spacing, set_isovalues, warn};
 use crate::args::{Backend, CameraArgs, RenderArgs};
 use crate::compare::Compare;
 use crate::input::Opened;
@@ -16,6 +16,8 @@ pub fn render(args: &RenderArgs, backend: Backend) -> Result<(), CommandError> {
         require_spacing(&opened)?;
     }
     args.look.apply(&mut opened, args.mode.map(Into::into))?;
+    set_isovalues(&mut opened, &args.isovalues)?;
+    warn(&args.look.idle(&opened.scene));
     opened.scene.solver = args.solver.unwrap_or(opened.scene.solver);
     opened.scene.background = args.background.map_or(opened.scene.background, |b| b.0);
     opened.scene.camera = camera(&args.camera, &opened);
@@ -23,9 +25,11 @@ pub fn render(args: &RenderArgs, backend: Backend) -> Result<(), CommandError> {
         return Err(CommandError::Usage("--values are those of --mode max, mean or xray: ask for one of these".into()));
     }
     let (width, height) = args.size;
-    let compare = args.compare.unwrap_or(opened.compare);
+    // Of what changes in time a still has nothing to show.
+    let of_session = if matches!(opened.compare, Compare::Flicker { .. }) { Compare::Off } else { opened.compare };
+    let compare = args.compare.unwrap_or(of_session);
     let visible = opened.scene.layers.iter().filter(|layer| layer.visible).count();
-    if compare != Compare::Off && visible < 2 {
+    if args.compare.is_some_and(|compare| compare != Compare::Off) && visible < 2 {
         return Err(CommandError::Usage(format!("--compare is of two scans; {visible} is visible: name another one")));
     }
     let picture = compare.draw(renderer(backend)?.as_mut(), &opened.volumes, &opened.scene, [width, height])?;

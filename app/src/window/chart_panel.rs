@@ -4,7 +4,7 @@ use super::history::Work;
 use super::job::Job;
 use super::same_scans;
 use crate::chart::{Chart, Measure, Plan, Point, errors, plot};
-use bregma_renderer::{CpuRenderer, GpuRenderer, Renderer, Solver};
+use bregma_renderer::{CpuRenderer, GpuRenderer, Reconstruction, Renderer, Solver};
 use bregma_volume::Volume;
 use egui::{
     Align, Align2, Color32, ColorImage, Context, Image, Layout, RichText, ScrollArea, Sense, TextureHandle, TextureOptions, Ui, Window,
@@ -104,7 +104,7 @@ impl ChartPanel {
         if let Some(n) = clicked {
             let point = &chart.points[n];
             if on_gpu || point.solver.on_cpu() {
-                work.opened.scene.solver = point.solver;
+                (work.opened.scene.solver, work.opened.scene.reconstruction) = (point.solver, Reconstruction::Trilinear);
             }
             let [width, height] = chart.size.map(|n| n as usize);
             let pixels = point.errors.iter().map(|&[r, g, b]| Color32::from_rgb(r, g, b)).collect();

@@ -207,7 +207,8 @@ fn numbers(ui: &mut Ui, volume: &Volume, function: &mut TransferFunction, select
     });
 }
 
-/// Steps of the gradient that a first choice goes over: from flat tissue to the steepest edge of the scan, its range within a voxel.
+/// The gradients that a first choice goes over, as shares of the steepest that there can be, the scan's range within a voxel: flat tissue, and a
+/// good edge.
 const FLAT: f64 = 0.02;
 const STEEP: f64 = 0.2;
 
@@ -229,14 +230,16 @@ fn gradient(ui: &mut Ui, volume: &Volume, function: &mut TransferFunction) {
             function.gradient.push(GradientPoint { per_mm: round(last + FLAT * steepest), factor: 1.0 });
         }
     });
+    // To a thousandth of the steepest.
+    let decimals = (3.0 - steepest.log10().floor()).clamp(0.0, 12.0) as usize;
     let mut removed = None;
     for n in 0..function.gradient.len() {
         let gap = 1e-6 * steepest;
         let below = n.checked_sub(1).map_or(0.0, |m| function.gradient[m].per_mm + gap);
-        let above = function.gradient.get(n + 1).map_or(f64::INFINITY, |p| p.per_mm - gap);
+        let above = function.gradient.get(n + 1).map_or(100.0 * steepest, |p| p.per_mm - gap);
         let point = &mut function.gradient[n];
         ui.horizontal(|ui| {
-            let number = DragValue::new(&mut point.per_mm).speed(steepest / 1000.0).range(below..=above).max_decimals(2);
+            let number = DragValue::new(&mut point.per_mm).speed(steepest / 1000.0).range(below..=above).max_decimals(decimals);
             ui.add(number.suffix(format!("{} per mm", unit(volume.unit()))).update_while_editing(false))
                 .accessible_name(format!("Gradient {} of {name}", n + 1));
             let factor = DragValue::new(&mut point.factor).speed(0.005).range(0.0..=1.0).max_decimals(2).prefix("× ");

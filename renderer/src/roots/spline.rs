@@ -19,7 +19,7 @@ const DEGREE: usize = 9;
 /// Bernstein coefficients over a segment.
 type Bernstein<S> = [Floats<S>; DEGREE + 1];
 
-/// Parts of a segment are not halved below this: two thousandths of a voxel, or six along a cell's diagonal.
+/// Parts of a segment are not halved below this: 2 thousandths of a voxel along an axis, 3.4 along a cell's diagonal.
 const LEAST: f32 = 1.0 / 512.0;
 /// Of a part: beyond what float32 positions resolve.
 const STEP_TOLERANCE: f32 = 1e-6;
