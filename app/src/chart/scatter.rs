@@ -91,7 +91,15 @@ impl Figure {
                 .label(format!("{backend}; {}", self.legend))
                 .legend(move |(x, y)| Circle::new((x + 10 * scale, y), 4 * scale, color.filled()));
         }
-        chart.configure_series_labels().label_font(font(15)).background_style(WHITE.mix(0.8)).draw()?;
+        chart
+            .configure_series_labels()
+            .position(SeriesLabelPosition::UpperRight)
+            .margin(12 * scale)
+            .legend_area_size(24 * scale)
+            .label_font(font(15))
+            .background_style(WHITE)
+            .border_style(BLACK.mix(0.3))
+            .draw()?;
         root.present()?;
         Ok(())
     }
