@@ -48,6 +48,11 @@ fn phong(color: vec3<f32>, normal: vec3<f32>, view: vec3<f32>, share: f32) -> ve
     return color * (params.ambient + params.diffuse * lambert) + params.specular * highlight;
 }
 
+// Where there is no normal: seen from the front.
+fn known_normal(normal: vec3<f32>, view: vec3<f32>) -> vec3<f32> {
+    return select(normal, -view, all(normal == vec3<f32>(0.0)));
+}
+
 // A colour at depth s on its way to the background's.
 fn cued(color: vec3<f32>, s: f32) -> vec3<f32> {
     let share = clamp(s * params.cue_per_mm, 0.0, 1.0);

@@ -20,11 +20,6 @@ fn put_behind(color: vec3<f32>, opacity: f32) {
     gathered += (1.0 - gathered.w) * opacity * vec4<f32>(color, 1.0);
 }
 
-// Where there is no normal: seen from the front.
-fn known_normal(normal: vec3<f32>, view: vec3<f32>) -> vec3<f32> {
-    return select(normal, -view, all(normal == vec3<f32>(0.0)));
-}
-
 // The colour of what has a linear colour and a normal at depth s, where a share of the light comes.
 fn lit(color: vec3<f32>, normal: vec3<f32>, view: vec3<f32>, share: f32, s: f32) -> vec3<f32> {
     return cued(phong(color, known_normal(normal, view), view, share), s);

@@ -23,7 +23,7 @@ fn light(index: u32, layer: u32, view: vec3<f32>, bit: u32) -> vec3<f32> {
         return face_color(index, layer);
     }
     let share = select(1.0, 0.0, params.shadows == 1u && (shadows[index] & bit) != 0u);
-    let color = phong(layers[layer].color.rgb, select(normal, -view, all(normal == vec3<f32>(0.0))), view, share);
+    let color = phong(layers[layer].color.rgb, known_normal(normal, view), view, share);
     return cued(color, hits[layer * params.stride + index].w);
 }
 

@@ -7,7 +7,7 @@ use crate::occupancy::DistanceMap;
 use crate::scene::{Color, CutFace, Integrator, Layer, Mode, Scene, Shell, Surface, Window};
 use crate::spans::Spans;
 use crate::spline;
-use crate::transfer::{classify, mean_spacing_mm};
+use crate::transfer::{TransferFunction, classify};
 use crate::{InstructionSet, RenderError};
 use bregma_volume::{RangeBricks, Samples, Unit, Volume};
 use glam::{DVec3, Mat3, Vec3, Vec4};
@@ -149,8 +149,6 @@ impl Frame {
         // The same for all volumes, so that their faces can be compared.
         let window =
             scene.window.or_else(|| surfaces.first().map(|(_, s)| default_window(&s.volume))).unwrap_or(Window::between([0.0, 1.0]));
-        // A window without width is a threshold.
-        let width_of_window = window.width.max(f64::from(f32::MIN_POSITIVE) * 1e6);
         let per_voxel = if let Integrator::Steps { per_voxel, .. } = scene.integrator { f64::from(per_voxel) } else { 1.0 };
         // Float32 counts no farther than 2^24.
         let least_mm = (depth_mm / MOST_STEPS).max(f64::MIN_POSITIVE);
@@ -180,12 +178,9 @@ impl Frame {
             let shown = Shown::of(scene, index, &surface, step_mm);
             let slope = surface.volume.slope().abs();
             let by_transfer = shows_faces && scene.cut_face == CutFace::Transfer;
-            let (window, width_of_window) = if by_transfer {
-                let own = Window::between(volumes[index].range());
-                (own, own.width.max(f64::from(f32::MIN_POSITIVE) * 1e6))
-            } else {
-                (window, width_of_window)
-            };
+            let window = if by_transfer { Window::between(volumes[index].range()) } else { window };
+            // A window without width is a threshold.
+            let width_of_window = window.width.max(f64::from(f32::MIN_POSITIVE) * 1e6);
             FrameLayer {
                 index,
                 level: surface.level as f32,
@@ -240,7 +235,7 @@ pub(crate) const FACE_COLORS: usize = 4096;
 /// The colours of a layer's transfer function over its volume's range, on black.
 fn face_colors(layer: &Layer, volume: &Volume) -> Vec<Vec4> {
     let (controls, [low, high]) = (layer.controls(volume), volume.range());
-    let over_mm = layer.transfer.as_ref().and_then(|t| t.over_mm).unwrap_or_else(|| mean_spacing_mm(volume)) as f32;
+    let over_mm = layer.transfer.as_ref().unwrap_or(&TransferFunction::bone()).thickness_mm(volume) as f32;
     let color = |n: usize| {
         let paint = classify(&controls, low + (high - low) * n as f64 / (FACE_COLORS - 1) as f64);
         (paint.truncate() * -(-paint.w * over_mm).exp_m1()).extend(1.0)

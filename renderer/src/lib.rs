@@ -34,7 +34,7 @@ pub use roots::{PerVoxel, Solver, Steps};
 pub use scene::{
     BACKGROUND, Color, CutFace, Integrator, Layer, Light, Mode, Normals, Picture, Reconstruction, Scene, Shell, Surface, Window,
 };
-pub use transfer::{Control, GradientPoint, Point, TransferFunction, Values, classify, mean_spacing_mm};
+pub use transfer::{Control, GradientPoint, Point, TransferFunction, Values, classify};
 
 use bregma_volume::{GridError, Volume};
 use serde::Serialize;

@@ -135,9 +135,14 @@ impl TransferFunction {
         Ok(self)
     }
 
+    /// The thickness that its opacities are for in a volume, mm.
+    pub fn thickness_mm(&self, volume: &Volume) -> f64 {
+        self.over_mm.filter(|mm| *mm > 0.0).unwrap_or_else(|| volume.grid().spacing_mm().to_array().iter().product::<f64>().cbrt())
+    }
+
     /// Its control points for a volume whose layer has the isovalue `iso`, in ascending order of value.
     pub fn controls(&self, volume: &Volume, iso: f64) -> Vec<Control> {
-        let over_mm = self.over_mm.filter(|mm| *mm > 0.0).unwrap_or_else(|| mean_spacing_mm(volume));
+        let over_mm = self.thickness_mm(volume);
         let low = volume.range()[0];
         let value = |v: f64| match self.values {
             Values::Scan => v,
@@ -153,11 +158,6 @@ impl TransferFunction {
         controls.sort_by(|a, b| a.value.total_cmp(&b.value));
         controls
     }
-}
-
-/// The geometric mean of a volume's spacings, mm: what opacities are for where a function does not say.
-pub fn mean_spacing_mm(volume: &Volume) -> f64 {
-    volume.grid().spacing_mm().to_array().iter().product::<f64>().cbrt()
 }
 
 /// The lowest value from which on something may be seen; none where nothing is.

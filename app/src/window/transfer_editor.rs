@@ -4,7 +4,7 @@ use super::cast::bytes;
 use super::histogram;
 use super::layers::{color_button, unit};
 use crate::presets;
-use bregma_renderer::{Color, GradientPoint, Layer, Point, TransferFunction, Values, classify, mean_spacing_mm};
+use bregma_renderer::{Color, GradientPoint, Layer, Point, TransferFunction, Values, classify};
 use bregma_volume::Volume;
 use egui::{Button, Color32, DragValue, PointerButton, Pos2, Rect, Role, Sense, Stroke, Ui, Vec2, WidgetInfo, pos2, vec2};
 
@@ -171,7 +171,7 @@ fn backdrop(ui: &Ui, field: &Field, volume: &Volume, layer: &Layer) {
     let top = columns.iter().fold(1.0_f32, |a, &b| a.max(b));
     let controls = layer.controls(volume);
     let function = layer.transfer.clone().unwrap_or_else(TransferFunction::bone);
-    let over_mm = function.over_mm.unwrap_or_else(|| mean_spacing_mm(volume));
+    let over_mm = function.thickness_mm(volume);
     for (n, count) in columns.iter().enumerate() {
         let x = field.rect.left() + n as f32;
         let bar = |height: f32| {
