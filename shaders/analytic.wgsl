@@ -1,7 +1,6 @@
 // The solver `analytic`. The twin of renderer/src/roots/analytic.rs.
 
-// Larger than any parameter of the segment.
-const NO_ROOT: f32 = 2.0;
+#import constants, bernstein
 
 fn first_entry(lower: vec4<f32>, upper: vec4<f32>, p: vec3<f32>, q: vec3<f32>) -> f32 {
     let b = bernstein(lower, upper, p, q);

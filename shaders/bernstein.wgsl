@@ -1,5 +1,7 @@
 // The cubic along a segment of a cell, in Bernstein form. The twin of renderer/src/roots/bernstein.rs, which says why.
 
+#import interpolant
+
 // Bernstein coefficients over the segment p → q of the trilinear interpolant.
 fn bernstein(lower: vec4<f32>, upper: vec4<f32>, p: vec3<f32>, q: vec3<f32>) -> vec4<f32> {
     // px_y0z0 reads: x at p, on the edge y = 0, z = 0.

@@ -1,6 +1,8 @@
 // Within a brick: from cell to cell that can hold the surface, with one solver compiled in for them.
 // The twin of renderer/src/cpu/cells.rs.
 
+#import constants, brick, samples, cell_entry
+
 // A cell, the depth at which a ray enters it, and the axis that it crosses there; none where it enters the brick.
 struct Place {
     cell: vec3<i32>,

@@ -1,6 +1,8 @@
 // The first entry of a cubic in Bernstein form.
 // The twin of renderer/src/roots/cubic.rs, which says why each step is as it is.
 
+#import constants, interpolant
+
 // The cubic at u. Called `cubic_value` and `cubic_slope` here, as WGSL has no modules.
 fn cubic_value(b: vec4<f32>, u: f32) -> f32 {
     let m = 1.0 - u;
@@ -48,10 +50,6 @@ fn turning_points(b: vec4<f32>) -> vec2<f32> {
     let f = ratio(q0, k);
     return vec2<f32>(min(e, f), max(e, f));
 }
-
-const MAX_STEPS: u32 = 40u;
-const STEP_TOLERANCE: f32 = 1e-6;
-const REST_TOLERANCE: f32 = 1e-7;
 
 // The only entry in (low, high), from outside to inside; f_low and f_high are the values there.
 fn refine(b: vec4<f32>, first_low: f32, f_low: f32, first_high: f32, f_high: f32) -> f32 {

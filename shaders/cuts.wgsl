@@ -1,9 +1,17 @@
 // Where cuts let rays begin and end.
 // The twin of renderer/src/cpu/cuts.rs.
 
-// First the cuts, two of these each: the normal and the offset, mm; then the radius of a cylinder, or −1 for a plane, and what float32 lacks of
-// the offset. A cylinder has two cuts, one for each direction across it. Then what pieces.wgsl says.
-@group(0) @binding(9) var<storage, read> extras: array<vec4<f32>>;
+#import constants, line, volume
+
+// A cut: its normal and its offset, mm. A cylinder has two, one for each direction across it.
+fn cut_at(n: u32) -> vec4<f32> {
+    return extras[params.cuts.first + 2u * n];
+}
+
+// The radius of a cylinder, or −1 for a plane, and what float32 lacks of the offset.
+fn rest_of_cut(n: u32) -> vec2<f32> {
+    return extras[params.cuts.first + 2u * n + 1u].xy;
+}
 
 // The part of a ray that cuts leave.
 struct Kept {
@@ -20,9 +28,9 @@ struct Kept {
 fn kept(line: Line) -> Kept {
     var part = Kept(0.0, FAR, false, vec3<f32>(0.0));
     var n = 0u;
-    while n < params.cuts {
-        let normal = extras[2u * n].xyz;
-        let radius = extras[2u * n + 1u].x;
+    while n < params.cuts.count {
+        let normal = cut_at(n).xyz;
+        let radius = rest_of_cut(n).x;
         let along = along_cut(line, n);
         if radius < 0.0 {
             if along.y < 0.0 {
@@ -45,7 +53,7 @@ fn kept(line: Line) -> Kept {
                 let first = min(k / a, c / k);
                 let x = (along.x + first * along.y) / radius;
                 let y = (other.x + first * other.y) / radius;
-                enter(&part, first, x * normal + y * extras[2u * n + 2u].xyz);
+                enter(&part, first, x * normal + y * cut_at(n + 1u).xyz);
                 part.end = min(part.end, max(k / a, c / k));
             } else if c > 0.0 {
                 part.end = -FAR;
@@ -58,8 +66,8 @@ fn kept(line: Line) -> Kept {
 
 // How far beyond a cut a line begins, and by how much farther it gets with s.
 fn along_cut(line: Line, n: u32) -> vec2<f32> {
-    let cut = extras[2u * n];
-    let origin = (dot(cut.xyz, line.origin.hi) - cut.w) + (dot(cut.xyz, line.origin.lo) - extras[2u * n + 1u].y);
+    let cut = cut_at(n);
+    let origin = (dot(cut.xyz, line.origin.hi) - cut.w) + (dot(cut.xyz, line.origin.lo) - rest_of_cut(n).y);
     return vec2<f32>(origin, dot(cut.xyz, line.direction.hi));
 }
 

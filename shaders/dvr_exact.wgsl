@@ -1,83 +1,123 @@
-        // The integral along the stretch, piece by piece.
-        // The twin of `gather_exactly` in renderer/src/cpu/dvr.rs, which says why each step is as it is.
-        //EACH
-        if covers_LAYER {
-            t_LAYER.above = count_levels_LAYER(cubic_value_LAYER(t_LAYER.cubic, share_at_LAYER(t_LAYER.way, from_s)));
+// Direct volume rendering as the integral along a stretch, piece by piece.
+// The twin of `gather_exactly` in renderer/src/cpu/dvr.rs, which says why each step is as it is.
+
+#import constants, volume, traveller, pieces, cubic, ray, light, dvr
+#each count_above, find_end, add_own, pass_end
+
+// Of each volume the next end of a piece.
+struct End {
+    s: f32,
+    passes: bool,
+    rises: bool,
+}
+
+var<private> ends: array<End, VOLUMES>;
+// The piece at hand of all of them.
+var<private> piece_from: f32;
+var<private> piece_to: f32;
+// What all volumes show in it: for each node the extinction, and the light that is sent; and the volume that shows most.
+var<private> extinction: vec4<f32>;
+var<private> sent_at: array<vec3<f32>, 4>;
+var<private> most_extinction: f32;
+var<private> most_id: u32;
+
+fn begin_integral() {}
+
+fn integrate(enough: f32) {
+    each_count_above();
+    var s = ray.from_s;
+    while s < ray.to_s && ray.gathered.w < enough {
+        piece_from = s;
+        piece_to = ray.to_s;
+        each_find_end();
+        piece_to = max(piece_to, s);
+        let whole = piece_to;
+        var sent: vec3<f32>;
+        var depth: f32;
+        loop {
+            let length_mm = (piece_to - s) * ray.mm_per_depth;
+            extinction = vec4<f32>(0.0);
+            sent_at = array<vec3<f32>, 4>(vec3<f32>(0.0), vec3<f32>(0.0), vec3<f32>(0.0), vec3<f32>(0.0));
+            most_extinction = 0.0;
+            most_id = 0u;
+            each_add_own();
+            depth = dot(extinction, GAUSS_WEIGHTS) * length_mm;
+            if depth > THIN && 0.5 * (s + piece_to) > s {
+                piece_to = 0.5 * (s + piece_to);
+                continue;
+            }
+            let until_node = (GAUSS_UNTIL * extinction) * length_mm;
+            sent = vec3<f32>(0.0);
+            for (var node = 0u; node < 4u; node++) {
+                sent += exp(-until_node[node]) * GAUSS_WEIGHTS[node] * length_mm * sent_at[node];
+            }
+            break;
         }
-        //END
-        var s = from_s;
-        while s < to_s && gathered.w < ENOUGH {
-            var end = to_s;
-            //EACH
-            var passes_LAYER = false;
-            var rises_LAYER = false;
-            var at_LAYER = to_s;
-            if covers_LAYER {
-                let u_end = share_at_LAYER(t_LAYER.way, to_s);
-                let ahead = next_end_LAYER(t_LAYER.cubic, share_at_LAYER(t_LAYER.way, s), u_end, t_LAYER.above);
-                passes_LAYER = ahead.passes;
-                rises_LAYER = ahead.rises;
-                if ahead.passes || ahead.u < u_end {
-                    let at = t_LAYER.way.s.x + ahead.u * (t_LAYER.way.s.y - t_LAYER.way.s.x);
-                    at_LAYER = min(select(max(at, s + abs(s) * LEAST), at, ahead.passes), to_s);
-                }
-                end = min(end, at_LAYER);
-            }
-            //END
-            end = max(end, s);
-            let whole = end;
-            var sent: vec3<f32>;
-            var depth: f32;
-            var id: u32;
-            loop {
-                let length_mm = (end - s) * mm_per_depth;
-                // For each node the extinction, and the light that is sent.
-                var extinction = vec4<f32>(0.0);
-                var light = array<vec3<f32>, 4>(vec3<f32>(0.0), vec3<f32>(0.0), vec3<f32>(0.0), vec3<f32>(0.0));
-                var most = 0.0;
-                id = 0u;
-                //EACH
-                if covers_LAYER {
-                    var kept = 0.0;
-                    for (var node = 0u; node < 4u; node++) {
-                        let s_node = s + (end - s) * NODES[node];
-                        let u = share_at_LAYER(t_LAYER.way, s_node);
-                        let paint = paint_between_LAYER(t_LAYER.above, cubic_value_LAYER(t_LAYER.cubic, u));
-                        if paint.w > 0.0 {
-                            var own = paint.w;
-                            if params_LAYER.gradients > 0u {
-                                own *= gradient_factor_LAYER(t_LAYER.way, u);
-                            }
-                            let skin = params.skin_mm / mm_per_depth;
-                            let normal = normal_behind_cut_LAYER(t_LAYER, walk_LAYER.pace.direction, u, s_node, skin);
-                            light[node] += own * lit(paint.rgb, normal, view, 1.0, s_node);
-                            extinction[node] += own;
-                            kept += own;
-                        }
-                    }
-                    if kept > most {
-                        most = kept;
-                        id = params_LAYER.id;
-                    }
-                }
-                //END
-                depth = dot(extinction, WEIGHTS) * length_mm;
-                if depth > THIN && 0.5 * (s + end) > s {
-                    end = 0.5 * (s + end);
-                    continue;
-                }
-                let until_node = (UNTIL * extinction) * length_mm;
-                sent = vec3<f32>(0.0);
-                for (var node = 0u; node < 4u; node++) {
-                    sent += exp(-until_node[node]) * WEIGHTS[node] * length_mm * light[node];
-                }
-                break;
-            }
-            add(sent, 1.0 - exp(-depth), end, id);
-            //EACH
-            if passes_LAYER && at_LAYER <= end && end == whole {
-                t_LAYER.above += select(-1, 1, rises_LAYER);
-            }
-            //END
-            s = end;
+        add(sent, 1.0 - exp(-depth), piece_to, most_id);
+        if piece_to == whole {
+            each_pass_end();
         }
+        s = piece_to;
+    }
+}
+
+fn count_above(v: u32) {
+    if covers[v] {
+        turn_to(v);
+        let t = travellers[v];
+        travellers[v].above = count_levels(cubic_value(t.cubic, share_at(t.way, ray.from_s)));
+    }
+}
+
+fn find_end(v: u32) {
+    ends[v] = End(ray.to_s, false, false);
+    if !covers[v] {
+        return;
+    }
+    turn_to(v);
+    let t = travellers[v];
+    let s = piece_from;
+    let u_end = share_at(t.way, ray.to_s);
+    let ahead = next_end(t.cubic, share_at(t.way, s), u_end, t.above);
+    if ahead.passes || ahead.u < u_end {
+        let at = t.way.s.x + ahead.u * (t.way.s.y - t.way.s.x);
+        ends[v].s = min(select(max(at, s + abs(s) * LEAST), at, ahead.passes), ray.to_s);
+    }
+    ends[v].passes = ahead.passes;
+    ends[v].rises = ahead.rises;
+    piece_to = min(piece_to, ends[v].s);
+}
+
+fn add_own(v: u32) {
+    if !covers[v] {
+        return;
+    }
+    turn_to(v);
+    let t = travellers[v];
+    var all = 0.0;
+    for (var node = 0u; node < 4u; node++) {
+        let s = piece_from + (piece_to - piece_from) * GAUSS_NODES[node];
+        let u = share_at(t.way, s);
+        let paint = paint_between(t.above, cubic_value(t.cubic, u));
+        if paint.w > 0.0 {
+            var own = paint.w;
+            if params.gradients.count > 0u {
+                own *= gradient_factor(t.way, u);
+            }
+            let normal = normal_behind_cut(t, walks[v].pace.direction, u, s, shading.skin_mm / ray.mm_per_depth);
+            sent_at[node] += own * lit(paint.rgb, normal, 1.0, s);
+            extinction[node] += own;
+            all += own;
+        }
+    }
+    if all > most_extinction {
+        most_extinction = all;
+        most_id = params.id;
+    }
+}
+
+fn pass_end(v: u32) {
+    if ends[v].passes && ends[v].s <= piece_to {
+        travellers[v].above += select(-1, 1, ends[v].rises);
+    }
+}

@@ -1,5 +1,7 @@
 // Within a brick: cell by cell, as in cells.wgsl, with the solver `filter`. It loads no corners, so no cell is passed over.
 
+#import constants, brick, filtered, filter, cubic_entry
+
 // A cell, where a ray enters it, and the value there.
 struct Place {
     cell: vec3<i32>,

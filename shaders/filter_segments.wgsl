@@ -1,8 +1,10 @@
 // The solver `filter` in one of many cells, whose corners are blocks of 2×2×2 samples of a texture, with the sign of the values turned or
 // not.
 
-@group(0) @binding(2) var blocks: texture_3d<f32>;
-@group(0) @binding(3) var trilinear_filter: sampler;
+#import constants, filter, cubic
+
+@group(0) @binding(SEGMENT_CELLS) var blocks: texture_3d<f32>;
+@group(0) @binding(SAMPLER) var trilinear_filter: sampler;
 
 // The interpolant at a point of the cell whose lowest sample is at `block`.
 fn filtered(block: vec3<u32>, p: vec3<f32>) -> f32 {

@@ -1,6 +1,8 @@
 // Phong's reflection in linear light, and what becomes of colours on their way.
 // The twin of renderer/src/cpu/shade.rs.
 
+#import constants
+
 struct ShadeParams {
     // World direction of pixel (0, 0), and its change per pixel.
     view_base: vec3<f32>,
@@ -31,21 +33,21 @@ struct ShadeParams {
     skin_mm: f32,
 }
 
-@group(0) @binding(0) var<storage, read> shade_params: ShadeParams;
-// The same, read once; see trace.wgsl.
-var<private> params: ShadeParams;
+@group(0) @binding(SHADE_PARAMS) var<storage, read> shade_params: ShadeParams;
+// The same, read once; see volume.wgsl.
+var<private> shading: ShadeParams;
 
 // Of a surface that a share of the light comes to.
 fn phong(color: vec3<f32>, normal: vec3<f32>, view: vec3<f32>, share: f32) -> vec3<f32> {
-    let cosine = dot(normal, params.toward_light);
+    let cosine = dot(normal, shading.toward_light);
     let lambert = max(cosine, 0.0) * share;
-    let mirrored = 2.0 * cosine * normal - params.toward_light;
+    let mirrored = 2.0 * cosine * normal - shading.toward_light;
     var highlight = 0.0;
     let reflected = -dot(mirrored, view);
     if lambert > 0.0 && reflected > 0.0 {
-        highlight = pow(reflected, params.shininess) * share;
+        highlight = pow(reflected, shading.shininess) * share;
     }
-    return color * (params.ambient + params.diffuse * lambert) + params.specular * highlight;
+    return color * (shading.ambient + shading.diffuse * lambert) + shading.specular * highlight;
 }
 
 // Where there is no normal: seen from the front.
@@ -55,37 +57,27 @@ fn known_normal(normal: vec3<f32>, view: vec3<f32>) -> vec3<f32> {
 
 // A colour at depth s on its way to the background's.
 fn cued(color: vec3<f32>, s: f32) -> vec3<f32> {
-    let share = clamp(s * params.cue_per_mm, 0.0, 1.0);
-    return color * (1.0 - share) + params.background.rgb * share;
+    let share = clamp(s * shading.cue_per_mm, 0.0, 1.0);
+    return color * (1.0 - share) + shading.background.rgb * share;
 }
 
 // A linear colour as sRGB.
 fn encode(color: vec3<f32>) -> vec3<f32> {
     let c = clamp(color, vec3<f32>(0.0), vec3<f32>(1.0));
-    let low = 12.92 * c;
-    let high = 1.055 * pow(c, vec3<f32>(1.0 / 2.4)) - 0.055;
-    return select(high, low, c <= vec3<f32>(0.0031308));
+    let low = SRGB_SLOPE * c;
+    let high = SRGB_SCALE * pow(c, vec3<f32>(SRGB_ROOT)) - SRGB_OFFSET;
+    return select(high, low, c <= vec3<f32>(SRGB_LINEAR_LIGHT));
 }
 
 // An sRGB colour as light.
 fn decode(color: vec3<f32>) -> vec3<f32> {
-    return select(pow((color + 0.055) / 1.055, vec3<f32>(2.4)), color / 12.92, color <= vec3<f32>(0.04045));
+    return select(pow((color + SRGB_OFFSET) / SRGB_SCALE, vec3<f32>(SRGB_POWER)), color / SRGB_SLOPE, color <= vec3<f32>(SRGB_LINEAR));
 }
 
 // The light of a brightness, kept between 0 and 1.
 fn grey(brightness: f32) -> vec3<f32> {
     return decode(vec3<f32>(clamp(brightness, 0.0, 1.0)));
 }
-
-const BLEND: u32 = 2u;
-const DIFFERENCE: u32 = 3u;
-const TRANSFER: u32 = 4u;
-const FIRST_IS_MORE: vec3<f32> = vec3<f32>(0.698, 0.094, 0.169);
-const SECOND_IS_MORE: vec3<f32> = vec3<f32>(0.129, 0.400, 0.674);
-const EQUAL: vec3<f32> = vec3<f32>(0.969, 0.969, 0.969);
-
-// Entries of the colours of faces, see frame.rs.
-const FACE_COLORS: u32 = 4096u;
 
 // The volumes that a cut goes through at one place.
 struct Faces {
@@ -112,10 +104,10 @@ fn add_face(cut: ptr<function, Faces>, brightness: f32, color: vec3<f32>) {
 
 // Their colour; `own` where only the nearest of them is shown.
 fn color_of_faces(cut: Faces, own: vec3<f32>) -> vec3<f32> {
-    if cut.count < 2u || params.cut_face < BLEND || params.cut_face == TRANSFER {
+    if cut.count < 2u || shading.cut_face < BLEND || shading.cut_face == TRANSFER {
         return own;
     }
-    if params.cut_face == BLEND {
+    if shading.cut_face == BLEND {
         return min(cut.sum, vec3<f32>(1.0));
     }
     let difference = clamp(cut.brightnesses.x - cut.brightnesses.y, -1.0, 1.0);

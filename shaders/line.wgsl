@@ -25,10 +25,13 @@ struct Line {
     direction: Double,
 }
 
-// v, by a detour that no compiler sees through, as `params.zero` is only known when the shader runs. Drivers may rearrange
-// sums as if they were exact (Mesa's do), and then nothing would be left of what rounding lost.
+// Always 0, but only known when the shader runs: a pass takes it from its parameters.
+var<private> zero: u32;
+
+// v, by a detour that no compiler sees through. Drivers may rearrange sums as if they were exact (Mesa's do), and then nothing would be left
+// of what rounding lost.
 fn opaque(v: vec3<f32>) -> vec3<f32> {
-    return bitcast<vec3<f32>>(bitcast<vec3<u32>>(v) | vec3<u32>(params.zero));
+    return bitcast<vec3<f32>>(bitcast<vec3<u32>>(v) | vec3<u32>(zero));
 }
 
 // a + b and what rounding lost of it (Knuth, TAOCP 2, 4.2.2, theorem B).

@@ -1,5 +1,7 @@
 // The solver `linear`. The twin of renderer/src/roots/linear.rs.
 
+#import interpolant
+
 fn first_entry(lower: vec4<f32>, upper: vec4<f32>, p: vec3<f32>, q: vec3<f32>) -> f32 {
     let f0 = trilinear(lower, upper, p);
     let f1 = trilinear(lower, upper, q);

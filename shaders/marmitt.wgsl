@@ -1,4 +1,9 @@
-// The solver `marmitt`. The twin of renderer/src/roots/marmitt.rs. STEP_COUNT is replaced by the number of steps.
+// The solver `marmitt`. The twin of renderer/src/roots/marmitt.rs.
+
+#import interpolant
+
+// How many times the interval is made smaller.
+override STEP_COUNT: u32;
 
 fn first_entry(lower: vec4<f32>, upper: vec4<f32>, p: vec3<f32>, q: vec3<f32>) -> f32 {
     let k = power_basis(lower, upper, p, q);

@@ -1,4 +1,9 @@
-// The solver `neubauer`. The twin of renderer/src/roots/neubauer.rs. STEP_COUNT is replaced by the number of steps.
+// The solver `neubauer`. The twin of renderer/src/roots/neubauer.rs.
+
+#import interpolant
+
+// How many times the interval is made smaller.
+override STEP_COUNT: u32;
 
 fn first_entry(lower: vec4<f32>, upper: vec4<f32>, p: vec3<f32>, q: vec3<f32>) -> f32 {
     var f0 = trilinear(lower, upper, p);

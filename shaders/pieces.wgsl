@@ -1,14 +1,15 @@
 // The interpolant along a ray through a cell, piece by piece: between where it turns, and where it passes one of some ascending levels.
 // The twin of renderer/src/cpu/pieces.rs, which says why each step is as it is.
 
-// Behind the cuts, `extras` holds two for each level: the level, and its paint (linear colour, and opacity or extinction per mm); then the
-// table of steps, then gradients with their factors, and last the colours of faces.
+#import volume, cubic, cells, gradient
+
+// A level, and its paint: linear colour, and opacity or extinction per mm.
 fn level_at(n: i32) -> f32 {
-    return extras[2u * params.cuts + 2u * u32(n)].x;
+    return extras[params.levels.first + 2u * u32(n)].x;
 }
 
 fn paint_at(n: i32) -> vec4<f32> {
-    return extras[2u * params.cuts + 2u * u32(n) + 1u];
+    return extras[params.levels.first + 2u * u32(n) + 1u];
 }
 
 // The next end of a piece: where, whether a level is passed there, and whether values rise.
@@ -21,7 +22,7 @@ struct Next {
 // How many of the levels lie at or below a value.
 fn count_levels(v: f32) -> i32 {
     var count = 0;
-    for (var n = 0; n < i32(params.levels); n++) {
+    for (var n = 0; n < i32(params.levels.count); n++) {
         count += select(0, 1, v >= level_at(n));
     }
     return count;
@@ -49,7 +50,7 @@ fn next_end(b: vec4<f32>, u: f32, u_end: f32, above: i32) -> Next {
 // What lies, at value v in the piece of number `above`, between what belongs to the levels on either side of it.
 fn paint_between(above: i32, v: f32) -> vec4<f32> {
     let low = max(above - 1, 0);
-    let high = min(above, i32(params.levels) - 1);
+    let high = min(above, i32(params.levels.count) - 1);
     let apart = level_at(high) - level_at(low);
     var w = 0.0;
     if apart > 0.0 {
@@ -60,20 +61,20 @@ fn paint_between(above: i32, v: f32) -> vec4<f32> {
 
 // Linear colour, and opacity of a step, of a value.
 fn looked_up(v: f32) -> vec4<f32> {
-    let n = clamp(i32(floor(v * params.table_per_unit + 0.5)), 0, i32(params.table) - 1);
-    return extras[2u * (params.cuts + params.levels) + u32(n)];
+    let n = clamp(i32(floor(v * params.table_per_unit + 0.5)), 0, i32(params.table.count) - 1);
+    return extras[params.table.first + u32(n)];
 }
 
 // The factor of the extinction by the gradient's magnitude.
 fn gradient_factor(way: Crossing, u: f32) -> f32 {
-    let first = 2u * (params.cuts + params.levels) + params.table;
+    let first = params.gradients.first;
     let local = way.start * (1.0 - u) + way.end * u;
     let magnitude = length(params.gradient_to_world * gradient(way.lower, way.upper, local));
     var below = extras[first].xy;
     if magnitude < below.x {
         return below.y;
     }
-    for (var n = 1u; n < params.gradients; n++) {
+    for (var n = 1u; n < params.gradients.count; n++) {
         let above = extras[first + n].xy;
         if magnitude < above.x {
             return below.y + (above.y - below.y) * ((magnitude - below.x) / (above.x - below.x));
@@ -81,12 +82,4 @@ fn gradient_factor(way: Crossing, u: f32) -> f32 {
         below = above;
     }
     return below.y;
-}
-
-// What lies among the colours of faces at a brightness.
-fn face_color_at(brightness: f32) -> vec3<f32> {
-    let place = clamp(brightness, 0.0, 1.0) * f32(FACE_COLORS - 1u);
-    let below = min(u32(place), FACE_COLORS - 2u);
-    let first = 2u * (params.cuts + params.levels) + params.table + params.gradients + below;
-    return mix(extras[first], extras[first + 1u], place - f32(below)).rgb;
 }

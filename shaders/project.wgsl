@@ -1,12 +1,18 @@
-// Maximum and integral of the interpolant along rays, or of its gradient's magnitude. IS_MAX and OF_GRADIENT are replaced by true or false.
+// Maximum and integral of the interpolant along rays, or of its gradient's magnitude.
 // The twin of renderer/src/cpu/project.rs.
+
+#import constants, line, volume, blocks, hits, walk, cells, cuts, cubic, bernstein, gradient
+
+// Whether it is the largest value and not the integral, and whether of the gradient's magnitude and not of the value.
+override IS_MAX: bool;
+override OF_GRADIENT: bool;
 
 // For each pixel the largest value or the integral over depth, the depth over which that is, and whether the ray has met the volume; relative
 // to the level, in sample units, and of gradients in these per mm.
-@compute @workgroup_size(64)
+@compute @workgroup_size(BLOCK_PIXELS)
 fn project(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) n: u32) {
-    params = trace_params;
-    let block = blocks[group.x];
+    read_params();
+    let block = block_of(group.x);
     let pixel = block.pixel + pixel_in_block(n);
     let part = kept(world_line_of(pixel));
     var walk = begin_walk(line_of(pixel), part.begin, block.span.x, min(block.span.y, part.end));
@@ -56,15 +62,11 @@ fn of_values(way: Crossing, known: f32, is_known: bool) -> f32 {
     return max(ends, max(cubic_value(b, turns.x), cubic_value(b, turns.y)));
 }
 
-const NODES: vec4<f32> = vec4<f32>(0.06943184420, 0.33000947821, 0.66999052179, 0.93056815580);
-const WEIGHTS: vec4<f32> = vec4<f32>(0.17392742257, 0.32607257743, 0.32607257743, 0.17392742257);
-const INTERVALS: u32 = 8u;
-
 // The largest or the mean of the gradient's magnitude in a cell, in sample units per mm.
 fn of_gradient(way: Crossing) -> f32 {
     if !IS_MAX {
-        let at = vec4<f32>(magnitude(way, NODES.x), magnitude(way, NODES.y), magnitude(way, NODES.z), magnitude(way, NODES.w));
-        return dot(at, WEIGHTS);
+        let at = vec4<f32>(magnitude(way, GAUSS_NODES.x), magnitude(way, GAUSS_NODES.y), magnitude(way, GAUSS_NODES.z), magnitude(way, GAUSS_NODES.w));
+        return dot(at, GAUSS_WEIGHTS);
     }
     let step = 1.0 / f32(INTERVALS);
     var before = magnitude(way, 0.0);

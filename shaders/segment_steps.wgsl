@@ -1,5 +1,9 @@
-// Fixed steps along a segment of one cell, for the stability table. The twin of renderer/src/roots/segment_steps.rs. PER_VOXEL is replaced by
-// the number of steps in a voxel's length.
+// Fixed steps along a segment of one cell, for the stability table. The twin of renderer/src/roots/segment_steps.rs.
+
+#import interpolant
+
+// Steps in a voxel's length.
+override PER_VOXEL: f32;
 
 fn first_entry(lower: vec4<f32>, upper: vec4<f32>, p: vec3<f32>, q: vec3<f32>) -> f32 {
     let steps = PER_VOXEL * distance(p, q);

@@ -1,6 +1,8 @@
 // One solver on many segments of cells, for the stability table. The twin of renderer/src/cpu/segments.rs, which says why. What a
 // solver makes of a cell is `entry_of` of corner_segments.wgsl or filter_segments.wgsl.
 
+#import constants, segment_entry
+
 struct Segment {
     lower: vec4<f32>,
     upper: vec4<f32>,
@@ -14,13 +16,10 @@ struct Solved {
     entries: u32,
 }
 
-@group(0) @binding(0) var<storage, read> segments: array<Segment>;
-@group(0) @binding(1) var<storage, read_write> solved: array<Solved>;
+@group(0) @binding(SEGMENTS) var<storage, read> segments: array<Segment>;
+@group(0) @binding(SOLVED) var<storage, read_write> solved: array<Solved>;
 
-const DECIDED_VOXEL: f32 = 1e-3;
-const MOST_ROOTS: u32 = 4u;
-
-@compute @workgroup_size(64)
+@compute @workgroup_size(BLOCK_PIXELS)
 fn solve(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= arrayLength(&segments) {
         return;

@@ -1,6 +1,8 @@
 // From hits to colours, and the overlay of two skulls.
 // The twin of renderer/src/cpu/shade.rs.
 
+#import constants, blocks, hits, nearest, light
+
 struct ShadeLayer {
     // Linear colour and opacity.
     color: vec4<f32>,
@@ -8,31 +10,29 @@ struct ShadeLayer {
     id: u32,
 }
 
-@group(0) @binding(1) var<storage, read> hits: array<vec4<f32>>;
-@group(0) @binding(2) var<storage, read> layers: array<ShadeLayer>;
-@group(0) @binding(3) var<storage, read> blocks: array<Block>;
+@group(0) @binding(LAYERS) var<storage, read> layers: array<ShadeLayer>;
 // For each pixel its colour in 24 bits with the volume's number above, 0 where nothing was hit, and the depth behind the base plane;
 // the host makes that a distance along the ray, as float32 is short of digits for a far eye.
-@group(0) @binding(4) var<storage, read_write> pixels: array<vec2<u32>>;
-@group(0) @binding(5) var<storage, read> shadows: array<u32>;
+@group(0) @binding(PIXELS) var<storage, read_write> pixels: array<vec2<u32>>;
+@group(0) @binding(SHADOWS) var<storage, read> shadows: array<u32>;
 
 // The colour of a hit; `bit` says whether it lies in shadow.
 fn light(index: u32, layer: u32, view: vec3<f32>, bit: u32) -> vec3<f32> {
-    let normal = hits[layer * params.stride + index].xyz;
+    let normal = hits[layer * shading.stride + index].xyz;
     if normal.y == FACE {
         return face_color(index, layer);
     }
-    let share = select(1.0, 0.0, params.shadows == 1u && (shadows[index] & bit) != 0u);
+    let share = select(1.0, 0.0, shading.shadows == 1u && (shadows[index] & bit) != 0u);
     let color = phong(layers[layer].color.rgb, known_normal(normal, view), view, share);
-    return cued(color, hits[layer * params.stride + index].w);
+    return cued(color, hits[layer * shading.stride + index].w);
 }
 
 // For each layer FACE_COLORS linear colours, where cuts show them.
-@group(0) @binding(6) var<storage, read> face_colors: array<vec4<f32>>;
+@group(0) @binding(FACE_COLORS_OF_LAYERS) var<storage, read> face_colors: array<vec4<f32>>;
 
 // Of the face of one layer's cut.
 fn own_color(layer: u32, brightness: f32) -> vec3<f32> {
-    if params.cut_face != TRANSFER {
+    if shading.cut_face != TRANSFER {
         return grey(brightness);
     }
     let place = clamp(brightness, 0.0, 1.0) * f32(FACE_COLORS - 1u);
@@ -43,11 +43,11 @@ fn own_color(layer: u32, brightness: f32) -> vec3<f32> {
 
 // The colour of the face of a cut.
 fn face_color(index: u32, drawn: u32) -> vec3<f32> {
-    let own = hits[drawn * params.stride + index];
+    let own = hits[drawn * shading.stride + index];
     var cut = no_faces();
-    for (var l = 0u; l < params.passes; l++) {
+    for (var l = 0u; l < shading.passes; l++) {
         // A plane's face is at the same depth in all of them.
-        let hit = hits[l * params.stride + index];
+        let hit = hits[l * shading.stride + index];
         if hit.y == FACE && hit.w == own.w {
             add_face(&cut, hit.x, layers[l].color.rgb);
         }
@@ -55,25 +55,25 @@ fn face_color(index: u32, drawn: u32) -> vec3<f32> {
     return color_of_faces(cut, own_color(drawn, own.x));
 }
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(BLOCK_PIXELS)
 fn shade(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) n: u32) {
-    params = shade_params;
+    shading = shade_params;
     let index = group.x * BLOCK_PIXELS + n;
-    let first = nearest(index, NONE);
-    if first == NONE {
+    let first = nearest(index, NO_PASS, shading.passes, shading.stride);
+    if first == NO_PASS {
         pixels[index] = vec2<u32>(0u);
         return;
     }
-    let p = vec2<f32>(blocks[group.x].pixel + pixel_in_block(n));
-    let view = normalize(params.view_base + p.x * params.view_per_x + p.y * params.view_per_y);
+    let p = vec2<f32>(blocks[group.x * shading.passes].pixel + pixel_in_block(n));
+    let view = normalize(shading.view_base + p.x * shading.view_per_x + p.y * shading.view_per_y);
     var color = light(index, first, view, FIRST_IS_DARK);
-    if params.overlay == 1u {
-        let second = nearest(index, first);
-        if second != NONE {
+    if shading.overlay == 1u {
+        let second = nearest(index, first, shading.passes, shading.stride);
+        if second != NO_PASS {
             let opacity = layers[first].color.a;
             color = color * opacity + light(index, second, view, SECOND_IS_DARK) * (1.0 - opacity);
         }
     }
-    let s = hits[first * params.stride + index].w;
+    let s = hits[first * shading.stride + index].w;
     pixels[index] = vec2<u32>(pack4x8unorm(vec4<f32>(encode(color), 0.0)) | (layers[first].id << 24u), bitcast<u32>(s));
 }

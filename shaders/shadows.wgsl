@@ -1,36 +1,26 @@
 // What of the light comes to surfaces: none where an opaque one lies between, hard.
 // The twin of renderer/src/cpu/shadows.rs.
 
-// A line from what a pixel shows toward the light, and what cuts leave of it.
-struct ToLight {
-    line: Line,
-    part: Kept,
-}
+#import constants, line, volume, blocks, hits, nearest, walk, to_light
 
-// From depth s, and a little nearer to the light.
-fn to_light(line: Line, world_line: Line, s: f32) -> ToLight {
-    let seen = line_at(line, s);
-    let seen_mm = line_at(world_line, s);
-    let start_mm = two_sum(seen_mm.hi, seen_mm.lo + params.shadow_start * params.toward_light);
-    return ToLight(
-        Line(two_sum(seen.hi, seen.lo + params.shadow_start * params.to_light.hi), params.to_light),
-        kept(Line(start_mm, Double(params.toward_light, vec3<f32>(0.0)))),
-    );
-}
+// For each pixel FIRST_IS_DARK and SECOND_IS_DARK.
+@group(0) @binding(SHADOWS) var<storage, read_write> shadows: array<u32>;
+// Depth at which each block's nearest brick begins, as the light sees it, row by row.
+@group(0) @binding(LIGHT_SPANS) var<storage, read> light_spans: array<f32>;
 
 // Whether bone of this volume lies between what a pixel draws and the light.
-@compute @workgroup_size(64)
+@compute @workgroup_size(BLOCK_PIXELS)
 fn shadow(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) n: u32) {
-    params = trace_params;
-    let block = blocks[group.x];
+    read_params();
+    let block = block_of(group.x);
     let index = group.x * BLOCK_PIXELS + n;
     var dark = select(shadows[index], 0u, params.pass_number == 0u);
     let pixel = block.pixel + pixel_in_block(n);
     let line = line_of(pixel);
     let world_line = world_line_of(pixel);
-    var drawn = nearest(index, NONE);
+    var drawn = nearest(index, NO_PASS, params.passes, params.stride);
     var bit = FIRST_IS_DARK;
-    while drawn != NONE {
+    while drawn != NO_PASS {
         let hit = hits[drawn * params.stride + index];
         // What is turned away from the light has none; without a normal it is seen from the front.
         let is_turned_away = dot(hit.xyz, params.toward_light) <= 0.0 && any(hit.xyz != vec3<f32>(0.0));
@@ -42,7 +32,7 @@ fn shadow(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_ind
         if bit == SECOND_IS_DARK || params.only_nearest == 1u {
             break;
         }
-        drawn = nearest(index, drawn);
+        drawn = nearest(index, drawn, params.passes, params.stride);
         bit = SECOND_IS_DARK;
     }
     shadows[index] = dark;

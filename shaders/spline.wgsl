@@ -1,20 +1,10 @@
 // The tricubic B-spline of the samples, which are its coefficients, along a ray's way through a cell, and where it first enters the inside.
 // The twin of renderer/src/roots/spline.rs, which says why each step is as it is.
 
-const DEGREE: i32 = 9;
-const LEAST: f32 = 1.0 / 512.0;
-const STEP_TOLERANCE: f32 = 1e-6;
-const MAX_STEPS: u32 = 40u;
+#import constants, interpolant, cells, samples
 
+// Its coefficients along a segment.
 alias Bernstein = array<f32, 10>;
-
-const WEIGHTS = array<vec4<f32>, 4>(
-    vec4<f32>(1.0, 0.0, 0.0, 0.0),
-    vec4<f32>(4.0, 4.0, 2.0, 1.0),
-    vec4<f32>(1.0, 2.0, 4.0, 4.0),
-    vec4<f32>(0.0, 0.0, 0.0, 1.0),
-);
-const OF_3 = vec4<f32>(1.0, 3.0, 3.0, 1.0);
 
 // One weight along an axis as a polynomial from p to q: its blossoms there, scaled by binomial coefficients.
 fn weight_along(c: vec4<f32>, p: f32, q: f32) -> vec4<f32> {
@@ -30,10 +20,10 @@ fn weight_along(c: vec4<f32>, p: f32, q: f32) -> vec4<f32> {
 fn weights_along(p: f32, q: f32) -> mat4x4<f32> {
     let sixth = 1.0 / 6.0;
     return mat4x4<f32>(
-        weight_along(sixth * WEIGHTS[0], p, q),
-        weight_along(sixth * WEIGHTS[1], p, q),
-        weight_along(sixth * WEIGHTS[2], p, q),
-        weight_along(sixth * WEIGHTS[3], p, q),
+        weight_along(sixth * SPLINE_WEIGHTS[0], p, q),
+        weight_along(sixth * SPLINE_WEIGHTS[1], p, q),
+        weight_along(sixth * SPLINE_WEIGHTS[2], p, q),
+        weight_along(sixth * SPLINE_WEIGHTS[3], p, q),
     );
 }
 
@@ -96,7 +86,7 @@ fn spline_along(way: Crossing) -> Bernstein {
         b[9] += plane.high.z * w.w;
     }
     return Bernstein(
-        b[0], b[1] / 9.0, b[2] / 36.0, b[3] / 84.0, b[4] / 126.0, b[5] / 126.0, b[6] / 84.0, b[7] / 36.0, b[8] / 9.0, b[9],
+        b[0], b[1] / OF_9[1], b[2] / OF_9[2], b[3] / OF_9[3], b[4] / OF_9[4], b[5] / OF_9[5], b[6] / OF_9[6], b[7] / OF_9[7], b[8] / OF_9[8], b[9],
     );
 }
 
@@ -104,13 +94,13 @@ fn spline_along(way: Crossing) -> Bernstein {
 fn part_of(b: Bernstein, low: f32, length: f32) -> Bernstein {
     var c = b;
     let high = low + length;
-    for (var r = 1; r <= DEGREE; r++) {
-        for (var n = DEGREE; n >= r; n--) {
+    for (var r = 1; r <= SPLINE_DEGREE; r++) {
+        for (var n = SPLINE_DEGREE; n >= r; n--) {
             c[n] = blend(c[n - 1], c[n], high);
         }
     }
-    for (var r = 1; r <= DEGREE; r++) {
-        for (var n = 0; n <= DEGREE - r; n++) {
+    for (var r = 1; r <= SPLINE_DEGREE; r++) {
+        for (var n = 0; n <= SPLINE_DEGREE - r; n++) {
             c[n] = blend(c[n], c[n + 1], low / high);
         }
     }
@@ -120,12 +110,12 @@ fn part_of(b: Bernstein, low: f32, length: f32) -> Bernstein {
 // The value and the derivative at u (de Casteljau).
 fn value_and_slope(b: Bernstein, u: f32) -> vec2<f32> {
     var c = b;
-    for (var r = 1; r < DEGREE; r++) {
-        for (var n = 0; n <= DEGREE - r; n++) {
+    for (var r = 1; r < SPLINE_DEGREE; r++) {
+        for (var n = 0; n <= SPLINE_DEGREE - r; n++) {
             c[n] = blend(c[n], c[n + 1], u);
         }
     }
-    return vec2<f32>(blend(c[0], c[1], u), f32(DEGREE) * (c[1] - c[0]));
+    return vec2<f32>(blend(c[0], c[1], u), f32(SPLINE_DEGREE) * (c[1] - c[0]));
 }
 
 // The only entry in (0, 1), from outside at 0 to inside at 1.
@@ -133,7 +123,7 @@ fn refine(b: Bernstein) -> f32 {
     var low = 0.0;
     var high = 1.0;
     var u = clamp(b[0] / (b[0] - b[9]), low, high);
-    for (var i = 0u; i < MAX_STEPS; i++) {
+    for (var i = 0u; i < SPLINE_MAX_STEPS; i++) {
         let f = value_and_slope(b, u);
         if inside(f.x) {
             high = u;
@@ -147,7 +137,7 @@ fn refine(b: Bernstein) -> f32 {
         }
         let step = abs(next - u);
         u = next;
-        if step <= STEP_TOLERANCE {
+        if step <= SPLINE_STEP_TOLERANCE {
             break;
         }
     }
@@ -173,10 +163,10 @@ fn entry_in(way: Crossing) -> f32 {
             return low;
         }
         var changes = 0;
-        for (var n = 0; n < DEGREE; n++) {
+        for (var n = 0; n < SPLINE_DEGREE; n++) {
             changes += select(0, 1, inside(part[n]) != inside(part[n + 1]));
         }
-        let is_least = length <= LEAST;
+        let is_least = length <= SPLINE_LEAST;
         let ends_inside = inside(part[9]);
         if ends_inside && (changes == 1 || is_least) {
             return low + length * refine(part);

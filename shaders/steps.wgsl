@@ -1,5 +1,10 @@
 // Within a brick: steps of fixed length, with one linear interpolation where two samples lie on different sides.
-// The twin of renderer/src/cpu/steps.rs. PER_VOXEL is replaced by the number of steps in a voxel's length.
+// The twin of renderer/src/cpu/steps.rs.
+
+#import brick, interpolant, samples, line
+
+// Steps in a voxel's length.
+override PER_VOXEL: f32;
 
 // A step along a ray, the count-th behind the one at `begin`: the samples before and behind it. Before the first step both are the first
 // sample.

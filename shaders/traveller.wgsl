@@ -1,6 +1,8 @@
 // One volume on the way of a ray through all.
 // The twin of `Traveller` in renderer/src/cpu/march.rs.
 
+#import constants, volume, brick, walk, cells, cuts, pieces, gradient, to_light, bernstein
+
 struct Traveller {
     // Whether the ray is on its way, whether it is in a cell, and whether it has just come to that.
     open: bool,

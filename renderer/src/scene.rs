@@ -138,14 +138,28 @@ impl Color {
 
     /// The colour of light (linear RGB).
     pub fn of_light(light: Vec3) -> Self {
-        let encoded = |c: f32| if c <= 0.003_130_8 { 12.92 * c } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 };
+        let encoded = |c: f32| if c <= srgb::LINEAR_LIGHT { srgb::SLOPE * c } else { srgb::SCALE * c.powf(srgb::ROOT) - srgb::OFFSET };
         Self(light.to_array().map(|c| encoded(c.clamp(0.0, 1.0))))
     }
 
     /// As light (linear RGB).
     pub fn linear(self) -> Vec3 {
-        Vec3::from(self.0.map(|c| if c <= 0.040_45 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }))
+        Vec3::from(self.0.map(|c| if c <= srgb::LINEAR { c / srgb::SLOPE } else { ((c + srgb::OFFSET) / srgb::SCALE).powf(srgb::POWER) }))
     }
+}
+
+/// The numbers of sRGB's curve (IEC 61966-2-1): straight up to a limit, and a power behind it.
+pub(crate) mod srgb {
+    /// Where the straight part ends, as it is encoded and as light.
+    pub const LINEAR: f32 = 0.040_45;
+    pub const LINEAR_LIGHT: f32 = 0.003_130_8;
+    /// How steep that is.
+    pub const SLOPE: f32 = 12.92;
+    /// Of the power: c = ((e + OFFSET) / SCALE) ^ POWER.
+    pub const SCALE: f32 = 1.055;
+    pub const OFFSET: f32 = 0.055;
+    pub const POWER: f32 = 2.4;
+    pub const ROOT: f32 = 1.0 / 2.4;
 }
 
 /// Colours as `rrggbb` in files.

@@ -1,5 +1,7 @@
 //! What the tests that cross crates share: real scans, volumes made to be hard, and the comparison of a picture with the truth.
 
+pub mod looks;
+
 use bregma_renderer::accuracy::{DEPTH_TOLERANCE_VOXEL, Tally, Truth, Verdict};
 use bregma_renderer::{Picture, Scene};
 use bregma_volume::{Grid, Progress, Raster, Samples, Unit, Volume};

@@ -17,11 +17,11 @@ use fearless_simd::prelude::*;
 
 /// From here on steps do not look at what lies behind, and what they have gathered counts as opaque. At 0.95 that alone made a difference of
 /// 1/255 on average where steps are short, more than they did (docs/modes.md).
-pub(super) const ENOUGH_IN_STEPS: f32 = 0.99;
+pub(crate) const ENOUGH_IN_STEPS: f32 = 0.99;
 /// The same for the exact integral: a tenth of what a display shows.
-pub(super) const ENOUGH_EXACTLY: f32 = 0.9999;
+pub(crate) const ENOUGH_EXACTLY: f32 = 0.9999;
 /// A picture's depth and volume are those at which half of the light behind is kept.
-const SEEN: f32 = 0.5;
+pub(crate) const SEEN: f32 = 0.5;
 
 /// Rays in steps.
 pub(super) struct Steps<S: Simd> {
@@ -144,7 +144,7 @@ fn factor_at(factors: &[[f32; 2]], magnitude: f32) -> f32 {
 }
 
 /// What an opaque step lets through here: 0 to the power of 0 is anything on a GPU.
-const CLEAREST: f32 = 1e-7;
+pub(crate) const CLEAREST: f32 = 1e-7;
 
 /// The opacity of a step whose extinction is multiplied.
 #[inline(always)]
@@ -155,9 +155,9 @@ fn opacity_of<S: Simd>(opacity: Floats<S>, factor: Floats<S>, of: Mask<S>) -> Fl
 }
 
 /// Of a depth: what float32 tells apart there, twice over.
-const LEAST: f32 = 2.4e-7;
+pub(crate) const LEAST: f32 = 2.4e-7;
 /// A piece is halved until its optical depth is at most this: then four nodes leave an error below 1e-6.
-const THIN: f32 = 0.5;
+pub(crate) const THIN: f32 = 0.5;
 
 /// Gathers the integral along a stretch; says which rays need no more.
 #[inline(always)]

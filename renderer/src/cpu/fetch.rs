@@ -115,7 +115,7 @@ type Block = [[[[f32; LANES]; 4]; 4]; 4];
 
 /// The samples around cells: 4 along each axis, where the grid has them, but not the corners of that block. Several points of a cell are
 /// interpolated from the same.
-pub(super) struct Around<S: Simd> {
+pub(crate) struct Around<S: Simd> {
     samples: Block,
     /// In which lanes they are read.
     pub known: Mask<S>,

@@ -2,19 +2,19 @@
 
 mod cells;
 mod cuts;
-mod dvr;
+pub(crate) mod dvr;
 mod fetch;
-mod gauss;
+pub(crate) mod gauss;
 mod march;
 mod pieces;
-mod project;
-mod segments;
-mod shade;
-mod shadows;
-mod shells;
+pub(crate) mod project;
+pub(crate) mod segments;
+pub(crate) mod shade;
+pub(crate) mod shadows;
+pub(crate) mod shells;
 mod split;
 mod steps;
-mod walk;
+pub(crate) mod walk;
 
 use crate::camera::PixelAffine;
 use crate::frame::{Frame, FrameLayer, MapCache};
@@ -429,10 +429,13 @@ struct Pixels<S: Simd> {
     inside: Mask<S>,
 }
 
+/// The factors and the sum of a permuted congruential generator (O'Neill 2014, PCG RXS M XS 32).
+pub(crate) const PCG: [u32; 3] = [747_796_405, 2_891_336_453, 277_803_737];
+
 /// A number from 0 to 1 that looks like chance, for each pixel the same in every frame (O'Neill 2014, PCG).
 fn noise_at(x: u32, y: u32) -> f32 {
-    let state = (y << 16 | x).wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
-    let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
+    let state = (y << 16 | x).wrapping_mul(PCG[0]).wrapping_add(PCG[1]);
+    let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(PCG[2]);
     // 24 bits, which float32 holds.
     ((word >> 22 ^ word) >> 8) as f32 / 16_777_216.0
 }
@@ -499,7 +502,7 @@ fn trace<S: Simd>(
 }
 
 /// A cut may lie in the box's own face: so far beside it, which is more than rounding and less than a pixel shows, it is in the volume.
-const ON_FACE_VOXEL: f32 = 1e-3;
+pub(crate) const ON_FACE_VOXEL: f32 = 1e-3;
 
 /// Where cuts show the values of a volume.
 struct Face<S: Simd> {

@@ -81,7 +81,7 @@ fn of_values<S: Simd>(simd: S, mode: Mode, crossing: &Crossing<S>, known: Floats
 }
 
 /// Intervals of a cell whose ends are looked at for the largest gradient; between three the parabola through them is followed.
-const INTERVALS: usize = 8;
+pub(crate) const INTERVALS: usize = 8;
 
 /// The largest or the mean of the gradient's magnitude in the cells, in sample units per mm.
 #[inline(always)]

@@ -12,7 +12,7 @@ use fearless_simd::{Simd, dispatch};
 use rayon::prelude::*;
 
 /// A cubic crosses zero three times, and a segment that starts inside is entered at its start.
-const MOST_ROOTS: u32 = 4;
+pub(crate) const MOST_ROOTS: u32 = 4;
 
 impl SolveSegments for CpuRenderer {
     fn solve(&mut self, solver: Solver, segments: &[Segment]) -> Result<Vec<Solved>, RenderError> {

@@ -83,9 +83,9 @@ pub(super) fn face_color(how: CutFace, own: Vec3, cut: &[(f32, Vec3)]) -> Vec3 {
 }
 
 /// The ends and the middle of the diverging map RdBu (Brewer 2003), sRGB.
-const FIRST_IS_MORE: [f32; 3] = [0.698, 0.094, 0.169];
-const SECOND_IS_MORE: [f32; 3] = [0.129, 0.400, 0.674];
-const EQUAL: [f32; 3] = [0.969, 0.969, 0.969];
+pub(crate) const FIRST_IS_MORE: [f32; 3] = [0.698, 0.094, 0.169];
+pub(crate) const SECOND_IS_MORE: [f32; 3] = [0.129, 0.400, 0.674];
+pub(crate) const EQUAL: [f32; 3] = [0.969, 0.969, 0.969];
 
 /// The linear colours of surfaces of `color` (linear) with a `normal` toward the viewer, seen along `view` and lit from `toward`, all unit
 /// vectors in the world, by a `share` of the light.

@@ -70,7 +70,7 @@ pub(super) fn shadowed<S: Simd>(simd: S, view: &View<'_, S>, s: Floats<S>, asked
 }
 
 /// Less of the light than this is none: half of what a display shows of the darkest colours.
-const DARK: f32 = 1.5e-4;
+pub(crate) const DARK: f32 = 1.5e-4;
 
 /// The share of the light that comes to the crossings of `asked`, at depths `s`: each surface on the way keeps of it what it keeps of all that
 /// lies behind it.

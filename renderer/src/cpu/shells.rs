@@ -12,7 +12,7 @@ use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
 /// From here on what lies behind is not looked at, and what is gathered counts as opaque.
-pub(super) const ENOUGH: f32 = 0.95;
+pub(crate) const ENOUGH: f32 = 0.95;
 
 /// What rays have gathered.
 pub(super) struct Gathered<S: Simd> {

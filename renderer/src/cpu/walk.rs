@@ -117,9 +117,9 @@ pub(crate) struct Field<'a> {
 
 /// Below this a direction component (voxels per mm of depth) counts as none: over the 10 m that a scene may be deep it
 /// moves a ray by less than 1e-8 voxel, far below what a float32 position resolves.
-const STILL: f32 = 1e-12;
+pub(crate) const STILL: f32 = 1e-12;
 /// Farther than any scene, and finite: shaders may not rely on infinities.
-pub(super) const FAR: f32 = 1e30;
+pub(crate) const FAR: f32 = 1e30;
 
 /// Directions with what stepping along them needs.
 #[derive(Clone, Copy)]

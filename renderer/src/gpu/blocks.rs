@@ -31,9 +31,10 @@ pub(super) fn seen(layers: &[&FrameLayer]) -> Vec<[u32; 2]> {
     rows.into_iter().flat_map(|row| (0..across).map(move |column| [column * BLOCK, row * BLOCK])).filter(is_seen).collect()
 }
 
-/// What a pass over `layer` reads of the blocks that begin at `pixels`.
-pub(super) fn of_layer(layer: &FrameLayer, pixels: &[[u32; 2]]) -> Vec<Block> {
-    pixels.iter().map(|&pixel| Block { pixel, span: layer.spans.at(pixel[0], pixel[1]) }).collect()
+/// For each of the blocks that begin at `pixels` what passes over each of `layers` read of it, side by side.
+pub(super) fn spans(layers: &[&FrameLayer], pixels: &[[u32; 2]]) -> Vec<Block> {
+    let of_all = |&pixel: &[u32; 2]| layers.iter().map(move |layer| Block { pixel, span: layer.spans.at(pixel[0], pixel[1]) });
+    pixels.iter().flat_map(of_all).collect()
 }
 
 #[cfg(test)]

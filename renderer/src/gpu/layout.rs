@@ -31,7 +31,15 @@ impl Pair {
     }
 }
 
-/// `TraceParams` of `shaders/trace.wgsl`.
+/// `Part` of `shaders/volume.wgsl`: some of the records that volumes have any number of.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub(super) struct Part {
+    pub first: u32,
+    pub count: u32,
+}
+
+/// `TraceParams` of `shaders/volume.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct TraceParams {
@@ -55,18 +63,18 @@ pub(super) struct TraceParams {
     pub light_spans_origin: [f32; 3],
     pub passes: u32,
     pub light_blocks: [u32; 2],
-    pub cuts: u32,
-    pub analytic_normals: u32,
-    pub levels: u32,
-    pub table: u32,
-    pub gradients: u32,
+    pub cuts: Part,
+    pub levels: Part,
+    pub table: Part,
+    pub gradients: Part,
+    pub face_colors: Part,
     pub table_per_unit: f32,
+    pub analytic_normals: u32,
     pub id: u32,
     pub has_inner: u32,
     pub shows_faces: u32,
-    pub padding: u32,
+    pub number: u32,
     pub brightness: [f32; 2],
-    pub padding_after: [u32; 2],
     pub inner: [f32; 4],
     pub color: [f32; 4],
     pub gradient_to_world: [[f32; 4]; 3],
@@ -80,7 +88,7 @@ pub(super) struct Block {
     pub span: [f32; 2],
 }
 
-/// `ShadeParams` of `shaders/shade.wgsl`.
+/// `ShadeParams` of `shaders/light.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct ShadeParams {
@@ -143,6 +151,7 @@ pub(super) fn padded_matrix(m: Mat3) -> [[f32; 4]; 3] {
 
 #[cfg(test)]
 mod tests {
+    use super::super::shader::{Component, Reads, link};
     use super::*;
     use std::mem::offset_of;
 
@@ -165,12 +174,8 @@ mod tests {
     #[test]
     fn rust_and_wgsl_agree_on_every_offset() {
         // Fails when a field is added, moved or retyped on one side only: the GPU would read noise.
-        let trace = super::super::trace_source(
-            super::super::Reads { component: "f32", in_layers: true },
-            crate::roots::Method::Solver(crate::roots::Solver::Exact),
-            super::super::Parts::Solve,
-        );
-        let shade = super::super::shade_source();
+        let reads = [Reads { component: Component::F32, in_layers: true }];
+        let (trace, shade) = (link("trace", &[], &reads), link("shade", &[], &[]));
         same_layout!(&trace, "PixelAffine", PixelAffinePairs, [base_hi, base_lo, per_x_hi, per_x_lo, per_y_hi, per_y_lo]);
         same_layout!(
             &trace,
@@ -198,14 +203,16 @@ mod tests {
                 passes,
                 light_blocks,
                 cuts,
-                analytic_normals,
                 levels,
                 table,
                 gradients,
+                face_colors,
                 table_per_unit,
+                analytic_normals,
                 id,
                 has_inner,
                 shows_faces,
+                number,
                 brightness,
                 inner,
                 color,
@@ -213,6 +220,7 @@ mod tests {
             ]
         );
         same_layout!(&trace, "Double", Pair, [hi, lo]);
+        same_layout!(&trace, "Part", Part, [first, count]);
         same_layout!(&trace, "Block", Block, [pixel, span]);
         same_layout!(
             &shade,

@@ -1,20 +1,20 @@
-//! The pass that goes on behind the first surface, through all volumes at once. WGSL has neither modules nor arrays of textures, so each volume
-//! has its own copy of what walks through it, by names of its own.
+//! The pass that goes on behind the first surface, through all volumes at once; and projections, a pass for each volume.
 
 use super::blocks::{BLOCK_PIXELS, pixel_in_block};
 use super::device::{Gpu, GpuError};
 use super::layout::Block;
 use super::pipelines::{
-    HIT_BYTES, bound, compile, entry, filled_buffer, hit_buffer, numbers, part, samples_binding, samples_view, storage,
+    HIT_BYTES, bound, bound_textures, compile, entry, filled_buffer, hit_buffer, part, storage, texture_entries, texture_views,
 };
 use super::plan::Plan;
-use super::{GpuRenderer, Parts, Projection, Reads, wgsl};
+use super::shader::{Reads, link};
+use super::{GpuRenderer, Parts, Projection, bindings};
+use crate::cpu::{dvr, shells};
 use crate::frame::Frame;
 use crate::roots::{Method, Solver};
 use crate::scene::{Integrator, Mode, Picture, Scene};
 use crate::tone::Gathered;
-use std::collections::HashSet;
-use wgpu::{BindGroupEntry, BindingType, BufferUsages, SamplerBindingType, TextureFormat, TextureViewDimension};
+use wgpu::{BindGroupEntry, BindingType, BufferUsages, SamplerBindingType};
 
 /// What is done along the way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,118 +35,18 @@ impl Gather {
     }
 }
 
-/// Bindings of a volume; those of the next begin so much later.
-const BINDINGS: u32 = 16;
-
-/// The WGSL of a pass over volumes that are read so.
-pub(super) fn source(volumes: &[Reads], gather: Gather) -> String {
-    let each = volumes.iter().enumerate().map(|(n, reads)| own(&layer_source(*reads), n));
-    let (integrate, begin, enough, shared) = match gather {
-        Gather::Shells { shadows: true } => (wgsl!("shells"), "", "0.95", "const SHADOWS = true;"),
-        Gather::Shells { shadows: false } => (wgsl!("shells"), "", "0.95", "const SHADOWS = false;"),
-        Gather::Steps => (wgsl!("dvr_steps"), STEPS, "0.99", wgsl!("dvr")),
-        Gather::Exact => (wgsl!("dvr_exact"), "", "0.9999", wgsl!("dvr")),
+/// The WGSL of a pass over volumes that are read so, and the numbers that it is compiled with.
+pub(super) fn shader(volumes: &[Reads], gather: Gather) -> (String, Vec<(&'static str, f64)>) {
+    let (file, enough) = match gather {
+        Gather::Shells { .. } => ("shells", shells::ENOUGH),
+        Gather::Steps => ("dvr_steps", dvr::ENOUGH_IN_STEPS),
+        Gather::Exact => ("dvr_exact", dvr::ENOUGH_EXACTLY),
     };
-    let march = wgsl!("march").replace("//BEGIN", begin).replace("//INTEGRATE", integrate).replace("ENOUGH", enough);
-    let march = for_each(&march, volumes.len());
-    each.chain([wgsl!("light").to_owned(), march, shared.to_owned()]).collect::<Vec<_>>().join("\n")
-}
-
-/// Where the first step lies.
-const STEPS: &str = "let step_depth = params.step_mm / mm_per_depth;
-    let first_step = select(0.5, noise_at(pixel), params.jitter == 1u) * step_depth;
-    var step_number = 0.0;";
-
-/// What walks through a volume.
-fn layer_source(reads: Reads) -> String {
-    let samples = if reads.in_layers { wgsl!("samples") } else { wgsl!("samples_3d") };
-    let parts = [
-        wgsl!("line"),
-        &samples.replace("SAMPLE", reads.component),
-        wgsl!("interpolant"),
-        wgsl!("bernstein"),
-        wgsl!("cubic"),
-        wgsl!("exact"),
-        wgsl!("gradient"),
-        wgsl!("corner_cells"),
-        wgsl!("cells"),
-        wgsl!("walk"),
-        wgsl!("cuts"),
-        wgsl!("blocks"),
-        wgsl!("nearest"),
-        wgsl!("trace"),
-        wgsl!("shadows"),
-        wgsl!("pieces"),
-        wgsl!("traveller"),
-    ];
-    let all = parts.join("\n");
-    // The passes of trace.wgsl are others.
-    all.replace("@compute @workgroup_size(64)\n", "")
-        .replace("@builtin(workgroup_id) ", "")
-        .replace("@builtin(local_invocation_index) ", "")
-}
-
-/// Gives everything that `source` declares, and its bindings, names and numbers of layer `n`'s own.
-fn own(source: &str, n: usize) -> String {
-    let word = |c: char| c.is_alphanumeric() || c == '_';
-    let declared = |line: &str| -> Option<String> {
-        let line = line.split_once(") var<").map_or(line, |(_, var)| var);
-        let line = line.strip_prefix("var<").unwrap_or(line);
-        let start = ["fn ", "struct ", "const ", "private> ", "storage, read> ", "storage, read_write> "];
-        let name = start.iter().find_map(|s| line.strip_prefix(s)).or_else(|| line.split_once(") var ").map(|(_, name)| name))?;
-        let name: String = name.chars().take_while(|c| word(*c)).collect();
-        (!name.is_empty()).then_some(name)
-    };
-    let names: HashSet<String> = source.lines().filter_map(declared).collect();
-    let mut result = String::with_capacity(source.len() * 5 / 4);
-    for line in source.lines() {
-        let code = line.split("//").next().unwrap_or_default();
-        let mut rest = code;
-        while let Some(start) = rest.find(word) {
-            let (before, from) = rest.split_at(start);
-            let end = from.find(|c| !word(c)).unwrap_or(from.len());
-            let (name, after) = from.split_at(end);
-            result.push_str(before);
-            result.push_str(name);
-            if names.contains(name) {
-                result.push_str(&format!("_{n}"));
-            }
-            rest = after;
-            // A binding's number stands between parentheses.
-            let number = after.strip_prefix('(').filter(|_| name == "binding").and_then(|after| after.split_once(')'));
-            if let Some((number, behind)) = number.and_then(|(number, behind)| Some((number.parse::<u32>().ok()?, behind))) {
-                result.push_str(&format!("({})", number + BINDINGS * (n as u32 + 1)));
-                rest = behind;
-            }
-        }
-        result.push_str(rest);
-        result.push('\n');
+    let mut numbers = vec![("ENOUGH", f64::from(enough))];
+    if let Gather::Shells { shadows } = gather {
+        numbers.push(("HAS_SHADOWS", f64::from(u8::from(shadows))));
     }
-    result
-}
-
-/// Repeats what stands between `//EACH` and `//END` for each of `count` volumes.
-fn for_each(source: &str, count: usize) -> String {
-    let mut result = String::new();
-    let mut each: Option<String> = None;
-    for line in source.lines() {
-        match (line.trim(), &mut each) {
-            ("//EACH", _) => each = Some(String::new()),
-            ("//END", Some(text)) => {
-                (0..count).for_each(|n| result.push_str(&text.replace("LAYER", &n.to_string())));
-                each = None;
-            }
-            (_, Some(text)) => {
-                text.push_str(line);
-                text.push('\n');
-            }
-            _ => {
-                result.push_str(line);
-                result.push('\n');
-            }
-        }
-    }
-    result
+    (link("march", &[("integrate", file)], volumes), numbers)
 }
 
 /// A pass through volumes that are read so.
@@ -160,24 +60,21 @@ pub(super) struct March {
 
 impl March {
     fn new(gpu: &Gpu, reads: Vec<Reads>, gather: Gather) -> Self {
-        let mut entries = vec![entry(0, storage(true)), entry(4, storage(false))];
-        for (n, reads) in reads.iter().enumerate() {
-            let first = BINDINGS * (n as u32 + 1);
-            entries.extend([0, 6, 9].map(|binding| entry(first + binding, storage(true))));
-            entries.push(entry(first + 1, samples_binding(*reads, false)));
-            entries.push(entry(first + 2, numbers(TextureFormat::Rg32Uint, TextureViewDimension::D3)));
-            entries.push(entry(first + 5, numbers(TextureFormat::R32Uint, TextureViewDimension::D2)));
-            if reads.in_layers {
-                entries.push(entry(first + 4, BindingType::Sampler(SamplerBindingType::NonFiltering)));
-            }
+        use bindings::{BLOCKS, EXTRAS, RECORDS, SAMPLER, SHADE_PARAMS, TRACE_PARAMS};
+        let mut entries = [TRACE_PARAMS, SHADE_PARAMS, BLOCKS, EXTRAS].map(|binding| entry(binding, storage(true))).to_vec();
+        entries.push(entry(RECORDS, storage(false)));
+        entries.extend(reads.iter().enumerate().flat_map(|(n, reads)| texture_entries(n, *reads, false)));
+        if reads.iter().any(|reads| reads.in_layers) {
+            entries.push(entry(SAMPLER, BindingType::Sampler(SamplerBindingType::NonFiltering)));
         }
-        let (layout, pipeline) = compile(gpu, "march", &source(&reads, gather), &entries);
+        let (source, numbers) = shader(&reads, gather);
+        let (layout, pipeline) = compile(gpu, "march", &source, &numbers, &entries);
         Self { reads, gather, layout, pipeline }
     }
 }
 
-/// What a ray says that a driver has ended: `UNFINISHED` of `shaders/march.wgsl`.
-const UNFINISHED: u32 = 2;
+/// What a ray says that a driver has ended, see `shaders/march.wgsl`.
+pub(super) const UNFINISHED: u32 = 2;
 
 /// What a pixel is read as: of a march its colour, depth, volume and whether there is anything; of a projection what is gathered.
 type Record = [u32; 4];
@@ -240,10 +137,9 @@ impl GpuRenderer {
             return Ok(picture);
         }
         let reads: Vec<Reads> = plan.volumes.iter().map(|v| v.reads).collect();
-        // Of a pass through so many volumes.
+        // For each volume a texture of samples, and two of numbers.
         let limits = self.gpu.device.limits();
-        let most = (limits.max_storage_buffers_per_shader_stage as usize - 2) / 3;
-        let most = most.min(limits.max_storage_textures_per_shader_stage as usize / 2);
+        let most = limits.max_sampled_textures_per_shader_stage.min(limits.max_storage_textures_per_shader_stage / 2) as usize;
         if reads.len() > most {
             return Err(GpuError::TooManyVolumes { count: reads.len(), most });
         }
@@ -255,27 +151,20 @@ impl GpuRenderer {
         });
         let (gpu, march) = (&self.gpu, &self.pipelines.march[number]);
         let shade = filled_buffer(gpu, bytemuck::bytes_of(&plan.shade), BufferUsages::STORAGE);
-        let params: Vec<wgpu::Buffer> =
-            plan.trace.iter().map(|p| filled_buffer(gpu, bytemuck::bytes_of(p), BufferUsages::STORAGE)).collect();
+        let params = filled_buffer(gpu, bytemuck::cast_slice(&plan.trace), BufferUsages::STORAGE);
         let (records, back) = (hit_buffer(gpu, &plan, 1), readback(gpu, &plan));
-        let views: Vec<_> =
-            plan.volumes.iter().map(|v| (samples_view(v), [&v.map, &v.masks].map(|t| t.create_view(&Default::default())))).collect();
+        let views: Vec<_> = plan.volumes.iter().map(texture_views).collect();
         for blocks in plan.batches() {
-            let mut entries: Vec<BindGroupEntry<'_>> = vec![bound(0, shade.as_entire_binding()), bound(4, records.as_entire_binding())];
-            for (n, (volume, (samples, [map, masks]))) in plan.volumes.iter().zip(&views).enumerate() {
-                let first = BINDINGS * (n as u32 + 1);
-                let texture = wgpu::BindingResource::TextureView;
-                entries.extend([
-                    bound(first, params[n].as_entire_binding()),
-                    bound(first + 1, texture(samples)),
-                    bound(first + 2, texture(map)),
-                    bound(first + 5, texture(masks)),
-                    bound(first + 6, part(&volume.blocks, &blocks, size_of::<Block>())),
-                    bound(first + 9, volume.extras.as_entire_binding()),
-                ]);
-                if volume.reads.in_layers {
-                    entries.push(bound(first + 4, wgpu::BindingResource::Sampler(&self.pipelines.nearest)));
-                }
+            let mut entries: Vec<BindGroupEntry<'_>> = views.iter().enumerate().flat_map(|(n, views)| bound_textures(n, views)).collect();
+            entries.extend([
+                bound(bindings::TRACE_PARAMS, params.as_entire_binding()),
+                bound(bindings::SHADE_PARAMS, shade.as_entire_binding()),
+                bound(bindings::BLOCKS, part(&plan.spans, &blocks, plan.volumes.len() * size_of::<Block>())),
+                bound(bindings::EXTRAS, plan.extras.as_entire_binding()),
+                bound(bindings::RECORDS, records.as_entire_binding()),
+            ]);
+            if plan.volumes.iter().any(|volume| volume.reads.in_layers) {
+                entries.push(bound(bindings::SAMPLER, wgpu::BindingResource::Sampler(&self.pipelines.nearest)));
             }
             let group =
                 gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("march"), layout: &march.layout, entries: &entries });

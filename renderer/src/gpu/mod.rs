@@ -1,13 +1,16 @@
 //! The GPU renderer: one compute pass for each volume and one for shading, a batch of blocks at a time, so that no dispatch comes near
 //! the time after which operating systems kill it.
 
+mod bindings;
 mod blocks;
+mod constants;
 mod device;
 mod layout;
 mod march;
 mod pipelines;
 mod plan;
 mod segments;
+mod shader;
 mod split;
 mod stamps;
 mod upload;
@@ -15,11 +18,12 @@ mod upload;
 use device::Gpu;
 pub use device::GpuError;
 use pipelines::{Pipelines, Target};
+use shader::{Reads, link};
 
 use crate::cell_masks::CellMasks;
 use crate::frame::{Frame, MapCache};
 use crate::occupancy::DistanceMap;
-use crate::roots::{Method, PerVoxel, Solver, Steps};
+use crate::roots::{Method, Solver, Steps};
 use crate::scene::{Mode, Picture, Scene};
 use crate::tone::colored;
 use crate::{InstructionSet, RenderError, Renderer, Split};
@@ -28,42 +32,6 @@ use std::sync::{Arc, Weak};
 
 /// Blocks in one dispatch: about 0.1 s of a software driver, a few ms of a graphics card.
 const BATCH: usize = 8192;
-
-macro_rules! wgsl {
-    ($name:literal) => {
-        include_str!(concat!("../../../shaders/", $name, ".wgsl"))
-    };
-}
-
-use wgsl;
-
-/// The WGSL of a solver's `first_entry` in a segment of a cell; of `filter` the part that does not depend on where samples lie.
-fn solver_source(solver: Solver) -> String {
-    let count = |steps: Steps| match steps {
-        Steps::Two => "2u",
-        Steps::Three => "3u",
-        Steps::Four => "4u",
-    };
-    let source = match solver {
-        Solver::Exact => [wgsl!("cubic"), wgsl!("exact")].join("\n"),
-        Solver::Linear => wgsl!("linear").to_owned(),
-        Solver::Neubauer(steps) => wgsl!("neubauer").replace("STEP_COUNT", count(steps)),
-        Solver::Marmitt(steps) => wgsl!("marmitt").replace("STEP_COUNT", count(steps)),
-        Solver::Analytic => wgsl!("analytic").to_owned(),
-        Solver::Step(steps) => wgsl!("segment_steps").replace("PER_VOXEL", per_voxel(steps)),
-        Solver::Filter => [wgsl!("cubic"), wgsl!("filter")].join("\n"),
-    };
-    [wgsl!("interpolant"), wgsl!("bernstein"), &source].join("\n")
-}
-
-fn per_voxel(steps: PerVoxel) -> &'static str {
-    match steps {
-        PerVoxel::One => "1.0",
-        PerVoxel::Two => "2.0",
-        PerVoxel::Four => "4.0",
-        PerVoxel::Eight => "8.0",
-    }
-}
 
 /// How much of a pass is compiled in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,58 +57,56 @@ struct Projection {
     of_gradient: bool,
 }
 
-/// How a pass reads samples.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Reads {
-    /// Component type of their texture.
-    component: &'static str,
-    /// From an array of 2D textures, not from a 3D texture.
-    in_layers: bool,
+/// The file that has a solver's `first_entry` in a segment of a cell, and the numbers that it is compiled with.
+fn solver_module(solver: Solver) -> (&'static str, Vec<(&'static str, f64)>) {
+    let count = |steps: Steps| vec![("STEP_COUNT", f64::from(steps.number()))];
+    match solver {
+        Solver::Exact => ("exact", vec![]),
+        Solver::Linear => ("linear", vec![]),
+        Solver::Neubauer(steps) => ("neubauer", count(steps)),
+        Solver::Marmitt(steps) => ("marmitt", count(steps)),
+        Solver::Analytic => ("analytic", vec![]),
+        Solver::Step(steps) => ("segment_steps", vec![("PER_VOXEL", f64::from(steps.number()))]),
+        Solver::Filter => ("cubic", vec![]),
+    }
 }
 
-/// The WGSL of the pass over a volume, with one method compiled in.
-fn trace_source(reads: Reads, method: Method, parts: Parts) -> String {
-    let samples = if reads.in_layers { wgsl!("samples") } else { wgsl!("samples_3d") };
-    let samples = if parts == Parts::Walk { wgsl!("unread").to_owned() } else { samples.replace("SAMPLE", reads.component) };
-    let filtered = if parts == Parts::Walk { "" } else { wgsl!("filtered") };
-    let unsolved = [wgsl!("unsolved"), wgsl!("filter")].join("\n");
+/// The WGSL of the pass over a volume with one method compiled in, its entry point, and the numbers that it is compiled with.
+fn trace_shader(reads: Reads, method: Method, parts: Parts) -> (String, &'static str, Vec<(&'static str, f64)>) {
     let is_timed = matches!(parts, Parts::Walk | Parts::Fetch);
-    let solve = |solver| if is_timed { unsolved.clone() } else { solver_source(solver) };
-    let in_brick = match method {
-        Method::Solver(Solver::Step(steps)) => [wgsl!("interpolant"), &wgsl!("steps").replace("PER_VOXEL", per_voxel(steps))].join("\n"),
-        Method::Solver(Solver::Filter) => [&solve(Solver::Filter), filtered, wgsl!("filter_cells")].join("\n"),
-        Method::Solver(solver) => [&solve(solver), wgsl!("corner_cells"), wgsl!("cells")].join("\n"),
-        Method::Spline if is_timed => [&unsolved, wgsl!("corner_cells"), wgsl!("cells")].join("\n"),
-        Method::Spline => [wgsl!("interpolant"), wgsl!("cells"), wgsl!("spline")].join("\n"),
-    };
-    let interpolant = if in_brick.contains("fn blend(") { "" } else { wgsl!("interpolant") };
-    let gradient = if in_brick.contains("fn gradient_at(") { "" } else { wgsl!("gradient") };
-    let project = match parts {
-        Parts::Project(Projection { is_max, of_gradient }) => {
-            wgsl!("project").replace("IS_MAX", &is_max.to_string()).replace("OF_GRADIENT", &of_gradient.to_string())
+    let mut numbers = vec![];
+    let mut filled = match method {
+        Method::Solver(Solver::Step(steps)) => {
+            numbers.push(("PER_VOXEL", f64::from(steps.number())));
+            vec![("in_brick", "steps")]
         }
-        _ => String::new(),
+        Method::Solver(Solver::Filter) => vec![("in_brick", "filter_cells")],
+        Method::Spline if !is_timed => vec![("cell_entry", "spline"), ("field_at", "spline")],
+        Method::Spline => vec![],
+        Method::Solver(solver) => {
+            let (file, own) = solver_module(solver);
+            if !is_timed {
+                numbers.extend(own);
+            }
+            vec![("solver", file)]
+        }
     };
-    let parts = [
-        wgsl!("line"),
-        &samples,
-        &in_brick,
-        interpolant,
-        gradient,
-        wgsl!("walk"),
-        wgsl!("cuts"),
-        wgsl!("blocks"),
-        wgsl!("nearest"),
-        wgsl!("trace"),
-        wgsl!("shadows"),
-        &project,
-    ];
-    parts.join("\n")
-}
-
-/// The WGSL of the shading pass.
-fn shade_source() -> String {
-    [wgsl!("blocks"), wgsl!("nearest"), wgsl!("light"), wgsl!("shade")].join("\n")
+    if is_timed {
+        filled.retain(|(slot, _)| *slot != "solver");
+        filled.extend([("solver", "unsolved"), ("cubic_entry", "unsolved")]);
+    }
+    if parts == Parts::Walk {
+        filled.extend([("samples", "unread"), ("filtered", "unread")]);
+    }
+    let (module, entry) = match parts {
+        Parts::Shadow => ("shadows", "shadow"),
+        Parts::Project(Projection { is_max, of_gradient }) => {
+            numbers = vec![("IS_MAX", f64::from(u8::from(is_max))), ("OF_GRADIENT", f64::from(u8::from(of_gradient)))];
+            ("project", "project")
+        }
+        _ => ("trace", "trace"),
+    };
+    (link(module, &filled, &[reads]), entry, numbers)
 }
 
 /// Draws on the GPU. Keeps volumes, distance maps and pictures there between frames.
@@ -258,43 +224,45 @@ fn cached<T, R: Clone>(cache: &mut Vec<(Weak<T>, R)>, of: &Arc<T>, make: impl Fn
 mod tests {
     use super::*;
     use naga::valid::{Capabilities, ValidationFlags, Validator};
+    use shader::Component;
 
     #[test]
     fn every_pass_is_valid() {
         // Fails when a part that no picture of the other tests needs no longer fits the rest: scans of more layers than a texture array
         // has, the passes that are only timed.
+        let check = |source: &str, what: &str| {
+            let module = naga::front::wgsl::parse_str(source).unwrap_or_else(|e| panic!("{what}: {}", e.emit_to_string(source)));
+            let valid = Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module);
+            assert!(valid.is_ok(), "{what}: {valid:?}");
+        };
+        let all_reads = [Component::U32, Component::I32, Component::F32]
+            .map(|component| [false, true].map(|in_layers| Reads { component, in_layers }))
+            .concat();
+        let projections = [(true, true), (true, false), (false, true), (false, false)];
+        let projections = projections.map(|(is_max, of_gradient)| Parts::Project(Projection { is_max, of_gradient }));
         for method in Solver::ALL.map(Method::Solver).into_iter().chain([Method::Spline]) {
-            let projections = [(true, true), (true, false), (false, true), (false, false)];
-            let projections = projections.map(|(is_max, of_gradient)| Parts::Project(Projection { is_max, of_gradient }));
             for parts in [Parts::Walk, Parts::Fetch, Parts::Solve, Parts::Shadow].into_iter().chain(projections) {
                 // Projections have no solver.
                 if matches!(parts, Parts::Project(_)) && method != Method::Solver(Solver::Exact) {
                     continue;
                 }
-                for component in ["u32", "i32", "f32"] {
-                    for in_layers in [false, true] {
-                        // What hardware filters is float32, in a 3D texture.
-                        if method == Method::Solver(Solver::Filter) && (in_layers || component != "f32") {
-                            continue;
-                        }
-                        let source = trace_source(Reads { component, in_layers }, method, parts);
-                        let module = naga::front::wgsl::parse_str(&source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&source)));
-                        let valid = Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module);
-                        assert!(valid.is_ok(), "{method:?} {parts:?} {component} {in_layers}: {valid:?}");
+                for reads in &all_reads {
+                    // What hardware filters is float32, in a 3D texture.
+                    if method == Method::Solver(Solver::Filter) && (reads.in_layers || reads.component != Component::F32) {
+                        continue;
                     }
+                    let (source, entry, _) = trace_shader(*reads, method, parts);
+                    assert!(source.contains(&format!("fn {entry}(")), "{parts:?} has no entry {entry}");
+                    check(&source, &format!("{method:?} {parts:?} {reads:?}"));
                 }
             }
         }
-        let reads = |component, in_layers| Reads { component, in_layers };
-        for gather in
-            [march::Gather::Shells { shadows: false }, march::Gather::Shells { shadows: true }, march::Gather::Steps, march::Gather::Exact]
-        {
-            for volumes in [vec![reads("i32", true)], vec![reads("f32", false), reads("u32", true), reads("u32", true)]] {
-                let source = march::source(&volumes, gather);
-                let module = naga::front::wgsl::parse_str(&source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&source)));
-                let valid = Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module);
-                assert!(valid.is_ok(), "{gather:?} of {}: {valid:?}", volumes.len());
+        use march::Gather;
+        for gather in [Gather::Shells { shadows: false }, Gather::Shells { shadows: true }, Gather::Steps, Gather::Exact] {
+            for volumes in [&all_reads[..1], &all_reads[2..], &all_reads] {
+                check(&march::shader(volumes, gather).0, &format!("{gather:?} of {}", volumes.len()));
             }
         }
+        check(&link("shade", &[], &all_reads[..1]), "shade");
     }
 }

@@ -5,8 +5,9 @@ use super::device::{Gpu, GpuError};
 use super::layout::{Block, TraceParams};
 use super::march::March;
 use super::plan::{Plan, VolumeOnGpu};
+use super::shader::{Component, Reads, link};
 use super::stamps::Stamps;
-use super::{Parts, Reads, shade_source, trace_source};
+use super::{Parts, bindings, trace_shader};
 use crate::frame::Frame;
 use crate::roots::{Method, Solver};
 use crate::scene::{Picture, Scene};
@@ -56,23 +57,39 @@ pub(super) fn bound(binding: u32, resource: wgpu::BindingResource<'_>) -> BindGr
 }
 
 /// The samples of a volume.
-pub(super) fn samples_binding(reads: Reads, is_filtered: bool) -> BindingType {
+fn samples_binding(reads: Reads, is_filtered: bool) -> BindingType {
     let sample_type = match reads.component {
-        "u32" => TextureSampleType::Uint,
-        "i32" => TextureSampleType::Sint,
-        _ => TextureSampleType::Float { filterable: is_filtered },
+        Component::U32 => TextureSampleType::Uint,
+        Component::I32 => TextureSampleType::Sint,
+        Component::F32 => TextureSampleType::Float { filterable: is_filtered },
     };
     volume_texture(sample_type, if reads.in_layers { TextureViewDimension::D2Array } else { TextureViewDimension::D3 })
 }
 
-/// The view of the samples of a volume: of a single layer the default is no array.
-pub(super) fn samples_view(volume: &VolumeOnGpu) -> wgpu::TextureView {
+/// The textures of volume `n` of a pass.
+pub(super) fn texture_entries(n: usize, reads: Reads, is_filtered: bool) -> [BindGroupLayoutEntry; 3] {
+    let [samples, map, masks] = bindings::textures(n);
+    [
+        entry(samples, samples_binding(reads, is_filtered)),
+        entry(map, numbers(TextureFormat::Rg32Uint, TextureViewDimension::D3)),
+        entry(masks, numbers(TextureFormat::R32Uint, TextureViewDimension::D2)),
+    ]
+}
+
+/// What is bound there.
+pub(super) fn texture_views(volume: &VolumeOnGpu) -> [wgpu::TextureView; 3] {
+    // Of a single layer the default is no array.
     let dimension = volume.reads.in_layers.then_some(TextureViewDimension::D2Array);
-    volume.samples.create_view(&wgpu::TextureViewDescriptor { dimension, ..Default::default() })
+    let samples = volume.samples.create_view(&wgpu::TextureViewDescriptor { dimension, ..Default::default() });
+    [samples, volume.map.create_view(&Default::default()), volume.masks.create_view(&Default::default())]
+}
+
+pub(super) fn bound_textures(n: usize, views: &[wgpu::TextureView; 3]) -> impl Iterator<Item = BindGroupEntry<'_>> {
+    bindings::textures(n).into_iter().zip(views).map(|(binding, view)| bound(binding, wgpu::BindingResource::TextureView(view)))
 }
 
 /// A texture whose numbers are read one by one.
-pub(super) fn numbers(format: TextureFormat, view_dimension: TextureViewDimension) -> BindingType {
+fn numbers(format: TextureFormat, view_dimension: TextureViewDimension) -> BindingType {
     BindingType::StorageTexture { access: StorageTextureAccess::ReadOnly, format, view_dimension }
 }
 
@@ -90,6 +107,7 @@ pub(super) fn compile(
     gpu: &Gpu,
     name: &str,
     source: &str,
+    numbers: &[(&str, f64)],
     entries: &[BindGroupLayoutEntry],
 ) -> (wgpu::BindGroupLayout, wgpu::ComputePipeline) {
     let device = &gpu.device;
@@ -104,7 +122,7 @@ pub(super) fn compile(
         layout: Some(&pipeline_layout),
         module: &module,
         entry_point: Some(name),
-        compilation_options: Default::default(),
+        compilation_options: wgpu::PipelineCompilationOptions { constants: numbers, ..Default::default() },
         cache: None,
     });
     (layout, pipeline)
@@ -112,8 +130,10 @@ pub(super) fn compile(
 
 impl Pipelines {
     pub fn new(gpu: &Gpu) -> Self {
-        let entries = [0, 1, 2, 3, 4, 5, 6].map(|binding| entry(binding, storage(binding != 4)));
-        let (shade_layout, shade) = compile(gpu, "shade", &shade_source(), &entries);
+        use bindings::{BLOCKS, FACE_COLORS_OF_LAYERS, HITS, LAYERS, PIXELS, SHADE_PARAMS, SHADOWS};
+        let read = [SHADE_PARAMS, LAYERS, BLOCKS, SHADOWS, FACE_COLORS_OF_LAYERS].map(|binding| entry(binding, storage(true)));
+        let written = [HITS, PIXELS].map(|binding| entry(binding, storage(false)));
+        let (shade_layout, shade) = compile(gpu, "shade", &link("shade", &[], &[]), &[], &[read.as_slice(), &written].concat());
         let linear = wgpu::FilterMode::Linear;
         let descriptor = wgpu::SamplerDescriptor { label: Some("filter"), mag_filter: linear, min_filter: linear, ..Default::default() };
         let filter = gpu.device.create_sampler(&descriptor);
@@ -127,29 +147,19 @@ impl Pipelines {
             return known;
         }
         let is_filter = method == Method::Solver(Solver::Filter);
-        let mut entries = vec![
-            entry(0, storage(true)),
-            entry(1, samples_binding(reads, is_filter)),
-            entry(2, numbers(TextureFormat::Rg32Uint, TextureViewDimension::D3)),
-            entry(3, storage(false)),
-            entry(5, numbers(TextureFormat::R32Uint, TextureViewDimension::D2)),
-            entry(6, storage(true)),
-            entry(9, storage(true)),
-        ];
+        let mut entries = texture_entries(0, reads, is_filter).to_vec();
+        entries.extend([bindings::TRACE_PARAMS, bindings::BLOCKS, bindings::EXTRAS].map(|binding| entry(binding, storage(true))));
+        entries.push(entry(bindings::HITS, storage(false)));
         if is_filter {
-            entries.push(entry(4, BindingType::Sampler(SamplerBindingType::Filtering)));
+            entries.push(entry(bindings::SAMPLER, BindingType::Sampler(SamplerBindingType::Filtering)));
         } else if reads.in_layers {
-            entries.push(entry(4, BindingType::Sampler(SamplerBindingType::NonFiltering)));
+            entries.push(entry(bindings::SAMPLER, BindingType::Sampler(SamplerBindingType::NonFiltering)));
         }
         if parts == Parts::Shadow {
-            entries.extend([entry(7, storage(false)), entry(8, storage(true))]);
+            entries.extend([entry(bindings::SHADOWS, storage(false)), entry(bindings::LIGHT_SPANS, storage(true))]);
         }
-        let name = match parts {
-            Parts::Shadow => "shadow",
-            Parts::Project(_) => "project",
-            _ => "trace",
-        };
-        let (layout, pipeline) = compile(gpu, name, &trace_source(reads, method, parts), &entries);
+        let (source, name, numbers) = trace_shader(reads, method, parts);
+        let (layout, pipeline) = compile(gpu, name, &source, &numbers, &entries);
         self.trace.push(Trace { reads, method, parts, layout, pipeline });
         self.trace.len() - 1
     }
@@ -166,25 +176,24 @@ impl Pipelines {
     ) -> wgpu::BindGroup {
         let (trace, volume) = (&self.trace[number], &plan.volumes[pass]);
         let params = filled_buffer(gpu, bytemuck::bytes_of(params), BufferUsages::STORAGE);
-        let samples = samples_view(volume);
-        let [map, masks] = [&volume.map, &volume.masks].map(|t| t.create_view(&Default::default()));
-        let texture = wgpu::BindingResource::TextureView;
-        let mut entries = vec![
-            bound(0, params.as_entire_binding()),
-            bound(1, texture(&samples)),
-            bound(2, texture(&map)),
-            bound(3, hits.as_entire_binding()),
-            bound(5, texture(&masks)),
-            bound(6, part(&volume.blocks, blocks, size_of::<Block>())),
-            bound(9, volume.extras.as_entire_binding()),
-        ];
+        let views = texture_views(volume);
+        let mut entries: Vec<BindGroupEntry<'_>> = bound_textures(0, &views).collect();
+        entries.extend([
+            bound(bindings::TRACE_PARAMS, params.as_entire_binding()),
+            bound(bindings::HITS, hits.as_entire_binding()),
+            bound(bindings::BLOCKS, part(&plan.spans, blocks, plan.volumes.len() * size_of::<Block>())),
+            bound(bindings::EXTRAS, plan.extras.as_entire_binding()),
+        ]);
         if trace.method == Method::Solver(Solver::Filter) {
-            entries.push(bound(4, wgpu::BindingResource::Sampler(&self.filter)));
+            entries.push(bound(bindings::SAMPLER, wgpu::BindingResource::Sampler(&self.filter)));
         } else if volume.reads.in_layers {
-            entries.push(bound(4, wgpu::BindingResource::Sampler(&self.nearest)));
+            entries.push(bound(bindings::SAMPLER, wgpu::BindingResource::Sampler(&self.nearest)));
         }
         if let (Some(shadows), Some(light_spans)) = (shadows, &volume.light_spans) {
-            entries.extend([bound(7, shadows.as_entire_binding()), bound(8, light_spans.as_entire_binding())]);
+            entries.extend([
+                bound(bindings::SHADOWS, shadows.as_entire_binding()),
+                bound(bindings::LIGHT_SPANS, light_spans.as_entire_binding()),
+            ]);
         }
         gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("trace"), layout: &trace.layout, entries: &entries })
     }
@@ -224,7 +233,9 @@ impl Pipelines {
     /// Runs all passes over all blocks.
     pub fn run(&mut self, gpu: &Gpu, plan: &Plan, target: &Target) -> Result<(), GpuError> {
         // No volume has no blocks.
-        let Some(first) = plan.volumes.first() else { return Ok(()) };
+        if plan.volumes.is_empty() {
+            return Ok(());
+        }
         let mut compiled = |parts| -> Vec<usize> { plan.volumes.iter().map(|v| self.trace(gpu, v.reads, plan.method, parts)).collect() };
         let numbers = compiled(Parts::Solve);
         let shadow_numbers = if plan.shade.shadows == 1 { compiled(Parts::Shadow) } else { vec![] };
@@ -247,13 +258,13 @@ impl Pipelines {
                 dispatch(&self.trace[number].pipeline, self.trace_group(gpu, number, plan, own, &blocks, buffers));
             }
             let entries = [
-                bound(0, params.as_entire_binding()),
-                bound(1, target.hits.as_entire_binding()),
-                bound(2, colors.as_entire_binding()),
-                bound(3, part(&first.blocks, &blocks, size_of::<Block>())),
-                bound(4, part(&target.pixels, &blocks, BLOCK_PIXELS * size_of::<Pixel>())),
-                bound(5, target.shadows.as_entire_binding()),
-                bound(6, face_colors.as_entire_binding()),
+                bound(bindings::SHADE_PARAMS, params.as_entire_binding()),
+                bound(bindings::HITS, target.hits.as_entire_binding()),
+                bound(bindings::LAYERS, colors.as_entire_binding()),
+                bound(bindings::BLOCKS, part(&plan.spans, &blocks, plan.volumes.len() * size_of::<Block>())),
+                bound(bindings::PIXELS, part(&target.pixels, &blocks, BLOCK_PIXELS * size_of::<Pixel>())),
+                bound(bindings::SHADOWS, target.shadows.as_entire_binding()),
+                bound(bindings::FACE_COLORS_OF_LAYERS, face_colors.as_entire_binding()),
             ];
             let layout = &self.shade_layout;
             dispatch(

@@ -2,7 +2,8 @@
 
 use super::layout::padded;
 use super::pipelines::{bound, compile, entry, filled_buffer, storage, volume_texture};
-use super::{GpuRenderer, solver_source, upload};
+use super::shader::link;
+use super::{GpuRenderer, bindings, solver_module, upload};
 use crate::RenderError;
 use crate::roots::Solver;
 use crate::stability::{Segment, SolveSegments, Solved};
@@ -27,25 +28,20 @@ struct SolvedRecord {
     entries: u32,
 }
 
-/// The WGSL of a solver by itself, on many segments.
-fn segments_source(solver: Solver) -> String {
-    let entry_of = match solver {
-        Solver::Filter => include_str!("../../../shaders/filter_segments.wgsl"),
-        _ => include_str!("../../../shaders/corner_segments.wgsl"),
-    };
-    [&solver_source(solver), entry_of, include_str!("../../../shaders/segments.wgsl")].join("\n")
-}
-
 impl SolveSegments for GpuRenderer {
     fn solve(&mut self, solver: Solver, segments: &[Segment]) -> Result<Vec<Solved>, RenderError> {
         let gpu = &self.gpu;
         let is_filter = solver == Solver::Filter;
-        let mut entries = vec![entry(0, storage(true)), entry(1, storage(false))];
+        let mut entries = vec![entry(bindings::SEGMENTS, storage(true)), entry(bindings::SOLVED, storage(false))];
         if is_filter {
-            entries.push(entry(2, volume_texture(TextureSampleType::Float { filterable: true }, TextureViewDimension::D3)));
-            entries.push(entry(3, BindingType::Sampler(SamplerBindingType::Filtering)));
+            let cells = volume_texture(TextureSampleType::Float { filterable: true }, TextureViewDimension::D3);
+            entries.push(entry(bindings::SEGMENT_CELLS, cells));
+            entries.push(entry(bindings::SAMPLER, BindingType::Sampler(SamplerBindingType::Filtering)));
         }
-        let (layout, pipeline) = compile(gpu, "solve", &segments_source(solver), &entries);
+        let (file, numbers) = solver_module(solver);
+        let entry_of = if is_filter { "filter_segments" } else { "corner_segments" };
+        let source = link("segments", &[("segment_entry", entry_of), ("solver", file)], &[]);
+        let (layout, pipeline) = compile(gpu, "solve", &source, &numbers, &entries);
         let record = |s: &Segment| {
             let [a, b, c, d, e, f, g, h] = s.corners;
             SegmentRecord { lower: [a, b, c, d], upper: [e, f, g, h], start: padded(s.from), end: padded(s.to) }
@@ -57,11 +53,11 @@ impl SolveSegments for GpuRenderer {
             |usage| gpu.device.create_buffer(&wgpu::BufferDescriptor { label: Some("solved"), size, usage, mapped_at_creation: false });
         let (output, readback) =
             (buffer(BufferUsages::STORAGE | BufferUsages::COPY_SRC), buffer(BufferUsages::MAP_READ | BufferUsages::COPY_DST));
-        let mut entries = vec![bound(0, input.as_entire_binding()), bound(1, output.as_entire_binding())];
+        let mut entries = vec![bound(bindings::SEGMENTS, input.as_entire_binding()), bound(bindings::SOLVED, output.as_entire_binding())];
         let blocks = if is_filter { Some(self.blocks(segments)?) } else { None };
         if let Some(blocks) = &blocks {
-            entries.push(bound(2, wgpu::BindingResource::TextureView(blocks)));
-            entries.push(bound(3, wgpu::BindingResource::Sampler(&self.pipelines.filter)));
+            entries.push(bound(bindings::SEGMENT_CELLS, wgpu::BindingResource::TextureView(blocks)));
+            entries.push(bound(bindings::SAMPLER, wgpu::BindingResource::Sampler(&self.pipelines.filter)));
         }
         let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("solve"), layout: &layout, entries: &entries });
         let mut encoder = gpu.device.create_command_encoder(&Default::default());

@@ -4,18 +4,19 @@
 //! and calls a function for the others.
 
 use super::device::{Gpu, GpuError};
+use super::shader::Component;
 use crate::cell_masks::{CellMasks, WORDS};
 use crate::occupancy::DistanceMap;
 use bregma_volume::{Sample, Samples, Volume, with_samples};
 use wgpu::{TextureDimension, TextureFormat, TextureUsages};
 
 /// How samples are stored on the GPU: the texture's format and its component type in WGSL.
-pub(super) fn kind_of(samples: &Samples) -> (TextureFormat, &'static str) {
+pub(super) fn kind_of(samples: &Samples) -> (TextureFormat, Component) {
     match samples {
-        Samples::U8(_) => (TextureFormat::R8Uint, "u32"),
-        Samples::U16(_) => (TextureFormat::R16Uint, "u32"),
-        Samples::I16(_) => (TextureFormat::R16Sint, "i32"),
-        Samples::F32(_) => (TextureFormat::R32Float, "f32"),
+        Samples::U8(_) => (TextureFormat::R8Uint, Component::U32),
+        Samples::U16(_) => (TextureFormat::R16Uint, Component::U32),
+        Samples::I16(_) => (TextureFormat::R16Sint, Component::I32),
+        Samples::F32(_) => (TextureFormat::R32Float, Component::F32),
     }
 }
 
@@ -55,8 +56,8 @@ pub(super) fn upload_map(gpu: &Gpu, map: &DistanceMap, masks: &CellMasks) -> Res
     upload(gpu, &shape, bytemuck::cast_slice(&texels))
 }
 
-/// Masks in a row of their texture, whose width any adapter has: `MASKS_ACROSS` of `shaders/walk.wgsl`.
-const MASKS_ACROSS: usize = 512;
+/// Masks in a row of their texture, whose width any adapter has: see `shaders/brick.wgsl`.
+pub(crate) const MASKS_ACROSS: usize = 512;
 
 /// Uploads the masks, row after row, the numbers of each side by side.
 pub(super) fn upload_masks(gpu: &Gpu, masks: &CellMasks) -> Result<wgpu::Texture, GpuError> {

@@ -22,19 +22,19 @@ pub(super) fn first_entry<S: Simd>(simd: S, f: &[Floats<S>; 8], p: &Vecs<S>, q: 
     let scaled = b.map(|c| (c / largest).to_array());
     let mut u = [0.0; _];
     for lane in numbers(found & !at_start) {
-        u[lane] = roots(scaled.map(|c| c[lane])).into_iter().map(parameter).fold(NONE, f32::min);
+        u[lane] = roots(scaled.map(|c| c[lane])).into_iter().map(parameter).fold(NO_ROOT, f32::min);
     }
     let u = Floats::load_array(simd, u);
     Entry { found: found & u.simd_le(1.0), u }
 }
 
 /// Larger than any parameter of the segment.
-const NONE: f32 = 2.0;
+pub(crate) const NO_ROOT: f32 = 2.0;
 
 /// u of the root x : w, where it lies in the segment.
 fn parameter(root: Vec2) -> f32 {
     let sum = root.x + root.y;
-    if root.x * root.y >= 0.0 && sum != 0.0 { root.x / sum } else { NONE }
+    if root.x * root.y >= 0.0 && sum != 0.0 { root.x / sum } else { NO_ROOT }
 }
 
 /// The real roots x : w of A·x³ + 3B·x²w + 3C·xw² + D·w³; unused places hold a root outside every segment.

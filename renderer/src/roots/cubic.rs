@@ -60,11 +60,11 @@ fn is_fraction<S: Simd>(n: Floats<S>, d: Floats<S>) -> Mask<S> {
 /// Four suffice but beside a double root, where Newton's method only halves the distance each time: after ten steps it was 5e-4 voxel off
 /// where values between two roots rise by 1e-6 of the largest. Of 30 million cubics with coefficients from 1e-12 to 1 none took more
 /// than 26.
-const MAX_STEPS: u32 = 40;
+pub(crate) const MAX_STEPS: u32 = 40;
 /// Of the segment, which is at most √3 voxels: an answer this near is beyond what float32 positions resolve.
-const STEP_TOLERANCE: f32 = 1e-6;
+pub(crate) const STEP_TOLERANCE: f32 = 1e-6;
 /// What a step of Newton's method may leave to the root: a unit in the last place of u.
-const REST_TOLERANCE: f32 = 1e-7;
+pub(crate) const REST_TOLERANCE: f32 = 1e-7;
 
 /// The only entry in (low, high), from outside to inside; `f_low` and `f_high` are the values there. Only for the lanes of `sought`.
 #[inline(always)]

@@ -2,7 +2,7 @@
 //! the same name (fixed steps are drawn by `cpu/steps.rs`, as they know no cells; the hardware's `filter` exists on the GPU only). What is
 //! timed is the method and not the choice: the GPU's walk is compiled for each on its own, the CPU's chooses once for sixteen rays.
 
-mod analytic;
+pub(crate) mod analytic;
 pub(crate) mod bernstein;
 pub(crate) mod cubic;
 mod exact;
@@ -76,7 +76,7 @@ impl PerVoxel {
 }
 
 impl Steps {
-    fn number(self) -> u32 {
+    pub(crate) fn number(self) -> u32 {
         match self {
             Self::Two => 2,
             Self::Three => 3,

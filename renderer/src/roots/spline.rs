@@ -15,22 +15,22 @@ use fearless_simd::prelude::*;
 /// The coefficients around cells, 4 along each axis, x fastest, from the one before the cell to the one behind it.
 pub(crate) type Taps = [[f32; LANES]; 64];
 
-const DEGREE: usize = 9;
+pub(crate) const DEGREE: usize = 9;
 /// Bernstein coefficients over a segment.
 type Bernstein<S> = [Floats<S>; DEGREE + 1];
 
 /// Parts of a segment are not halved below this: 2 thousandths of a voxel along an axis, 3.4 along a cell's diagonal.
-const LEAST: f32 = 1.0 / 512.0;
+pub(crate) const LEAST: f32 = 1.0 / 512.0;
 /// Of a part: beyond what float32 positions resolve.
-const STEP_TOLERANCE: f32 = 1e-6;
+pub(crate) const STEP_TOLERANCE: f32 = 1e-6;
 /// Bisection alone needs 20.
-const MAX_STEPS: u32 = 40;
+pub(crate) const MAX_STEPS: u32 = 40;
 
 /// The weights of the four coefficients along an axis, six times the Bernstein coefficients of each over the cell.
-const WEIGHTS: [[f32; 4]; 4] = [[1.0, 0.0, 0.0, 0.0], [4.0, 4.0, 2.0, 1.0], [1.0, 2.0, 4.0, 4.0], [0.0, 0.0, 0.0, 1.0]];
+pub(crate) const WEIGHTS: [[f32; 4]; 4] = [[1.0, 0.0, 0.0, 0.0], [4.0, 4.0, 2.0, 1.0], [1.0, 2.0, 4.0, 4.0], [0.0, 0.0, 0.0, 1.0]];
 /// Binomial coefficients: products of polynomials whose coefficients are scaled by them are plain convolutions.
-const OF_3: [f32; 4] = [1.0, 3.0, 3.0, 1.0];
-const OF_9: [f32; DEGREE + 1] = [1.0, 9.0, 36.0, 84.0, 126.0, 126.0, 84.0, 36.0, 9.0, 1.0];
+pub(crate) const OF_3: [f32; 4] = [1.0, 3.0, 3.0, 1.0];
+pub(crate) const OF_9: [f32; DEGREE + 1] = [1.0, 9.0, 36.0, 84.0, 126.0, 126.0, 84.0, 36.0, 9.0, 1.0];
 
 /// The four weights along an axis as polynomials over the segment from p to q: their blossoms (Ramshaw 1989) there, scaled.
 #[inline(always)]

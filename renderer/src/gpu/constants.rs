@@ -1,0 +1,125 @@
+//! The numbers that both languages know, written for the shaders from Rust's own: each stands, with its reason, where the CPU uses it.
+
+use super::blocks::BLOCK_PIXELS;
+use super::upload::MASKS_ACROSS;
+use crate::cell_masks::WORDS;
+use crate::cpu::{ON_FACE_VOXEL, PCG, dvr, gauss, project, segments, shade, shadows, walk};
+use crate::frame::FACE_COLORS;
+use crate::roots::{analytic, cubic, spline};
+use crate::scene::{CutFace, srgb};
+use crate::stability::DECIDED_VOXEL;
+use bregma_volume::BRICK;
+
+macro_rules! constants {
+    ($($name:ident = $value:expr;)*) => {
+        /// The numbers as WGSL.
+        pub(super) fn constants() -> String {
+            [$(declared(stringify!($name), &$value)),*].concat()
+        }
+    };
+}
+
+constants! {
+    BLOCK_PIXELS = BLOCK_PIXELS as u32;
+    BRICK = BRICK as i32;
+    MASKS_ACROSS = MASKS_ACROSS as u32;
+    WORDS = WORDS as u32;
+    STILL = walk::STILL;
+    FAR = walk::FAR;
+    ON_FACE_VOXEL = ON_FACE_VOXEL;
+    FACE_COLORS = FACE_COLORS as u32;
+    UNFINISHED = super::march::UNFINISHED;
+    NO_ROOT = analytic::NO_ROOT;
+    MAX_STEPS = cubic::MAX_STEPS;
+    STEP_TOLERANCE = cubic::STEP_TOLERANCE;
+    REST_TOLERANCE = cubic::REST_TOLERANCE;
+    SPLINE_DEGREE = spline::DEGREE as i32;
+    SPLINE_LEAST = spline::LEAST;
+    SPLINE_MAX_STEPS = spline::MAX_STEPS;
+    SPLINE_STEP_TOLERANCE = spline::STEP_TOLERANCE;
+    SPLINE_WEIGHTS = spline::WEIGHTS;
+    OF_3 = spline::OF_3;
+    OF_9 = spline::OF_9;
+    DECIDED_VOXEL = DECIDED_VOXEL as f32;
+    MOST_ROOTS = segments::MOST_ROOTS;
+    INTERVALS = project::INTERVALS as u32;
+    GAUSS_NODES = gauss::NODES;
+    GAUSS_WEIGHTS = gauss::WEIGHTS;
+    GAUSS_UNTIL = Matrix(gauss::UNTIL);
+    SEEN = dvr::SEEN;
+    CLEAREST = dvr::CLEAREST;
+    LEAST = dvr::LEAST;
+    THIN = dvr::THIN;
+    DARK = shadows::DARK;
+    PCG = PCG;
+    BLEND = CutFace::Blend as u32;
+    TRANSFER = CutFace::Transfer as u32;
+    FIRST_IS_MORE = shade::FIRST_IS_MORE;
+    SECOND_IS_MORE = shade::SECOND_IS_MORE;
+    EQUAL = shade::EQUAL;
+    SRGB_SLOPE = srgb::SLOPE;
+    SRGB_OFFSET = srgb::OFFSET;
+    SRGB_SCALE = srgb::SCALE;
+    SRGB_ROOT = srgb::ROOT;
+    SRGB_POWER = srgb::POWER;
+    SRGB_LINEAR = srgb::LINEAR;
+    SRGB_LINEAR_LIGHT = srgb::LINEAR_LIGHT;
+}
+
+fn declared<T: Wgsl>(name: &str, value: &T) -> String {
+    format!("const {name}: {} = {};\n", T::TYPE, value.text())
+}
+
+/// What can be written in WGSL.
+trait Wgsl {
+    const TYPE: &'static str;
+    fn text(&self) -> String;
+}
+
+macro_rules! numbers {
+    ($($rust:ty, $suffix:literal;)*) => {
+        $(impl Wgsl for $rust {
+            const TYPE: &'static str = stringify!($rust);
+            fn text(&self) -> String {
+                // The shortest text that is read as the same number.
+                format!(concat!("{:?}", $suffix), self)
+            }
+        })*
+    };
+}
+
+numbers! {
+    f32, "f";
+    i32, "i";
+    u32, "u";
+}
+
+macro_rules! lists {
+    ($($rust:ty, $wgsl:literal;)*) => {
+        $(impl Wgsl for $rust {
+            const TYPE: &'static str = $wgsl;
+            fn text(&self) -> String {
+                format!("{}({})", $wgsl, self.iter().map(Wgsl::text).collect::<Vec<_>>().join(", "))
+            }
+        })*
+    };
+}
+
+lists! {
+    [f32; 3], "vec3<f32>";
+    [f32; 4], "vec4<f32>";
+    [u32; 3], "vec3<u32>";
+    [f32; 10], "array<f32, 10>";
+    [[f32; 4]; 4], "array<vec4<f32>, 4>";
+}
+
+/// A matrix, by rows; WGSL has it by columns.
+struct Matrix([[f32; 4]; 4]);
+
+impl Wgsl for Matrix {
+    const TYPE: &'static str = "mat4x4<f32>";
+    fn text(&self) -> String {
+        let column = |c: usize| self.0.map(|row| row[c]).text();
+        format!("mat4x4<f32>({}, {}, {}, {})", column(0), column(1), column(2), column(3))
+    }
+}
