@@ -77,7 +77,7 @@ pub(super) fn march<'a, S: Simd>(
         if s_min > s_max {
             continue;
         }
-        let field = field_of(layer, Source::Samples(layer.surface.volume.samples()));
+        let field = field_of(layer, Source::of(&layer.surface));
         let kept = kept(simd, &layer.surface.region, &world);
         let s_max = splat(s_max).min(kept.end).min(until);
         let part = Part { begin: kept.begin, s_min: splat(s_min), s_max };

@@ -78,7 +78,7 @@ pub fn split(level: Level, frame: &Frame, scene: &Scene, width: u32, height: u32
     let (mut walking_ms, mut fetched_ms, mut solved_ms) = (0.0, 0.0, 0.0);
     let mut limits = vec![f32::MAX; width as usize * height as usize];
     for layer in &frame.layers {
-        let samples = Source::Samples(layer.surface.volume.samples());
+        let samples = Source::of(&layer.surface);
         let (solved, depths) = Rays { level, layer, width, limits: &limits }.time(Some(scene.method()), samples);
         let known = Rays { level, layer, width, limits: &depths };
         // Fixed steps have no solver apart from what they fetch and interpolate.

@@ -4,11 +4,11 @@ use super::blocks::{self, BLOCK_PIXELS};
 use super::layout::{Block, Pair, PixelAffinePairs, ShadeLayer, ShadeParams, TraceParams, padded, padded_matrix};
 use super::pipelines::{HIT_BYTES, Pixel, filled_buffer};
 use super::{BATCH, GpuError, GpuRenderer, Reads, upload};
-use crate::clip::Half;
 use crate::frame::{Frame, FrameLayer};
 use crate::roots::{Method, Solver};
 use crate::scene::{Integrator, Mode, Normals, Scene};
 use crate::spans::BLOCK;
+use bregma_field::clip::Half;
 use std::ops::Range;
 
 /// The passes of a picture.
@@ -111,7 +111,7 @@ impl GpuRenderer {
                     (self.filtered_texture(volume)?, Reads { component: "f32", in_layers: false })
                 }
                 _ => {
-                    let (component, in_layers) = (upload::kind_of(volume.samples()).1, upload::has_layers(&self.gpu, volume));
+                    let (component, in_layers) = (upload::kind_of(volume).1, upload::has_layers(&self.gpu, volume));
                     (self.sample_texture(volume)?, Reads { component, in_layers })
                 }
             };
