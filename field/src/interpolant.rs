@@ -99,3 +99,54 @@ fn value_at(surface: &Surface, IndexPoint(p): IndexPoint) -> Option<f64> {
     let cell = p.floor().min(last - 1.0);
     Some(surface.volume.value_of(weighted(&samples(surface, cell.as_usizevec3()), p - cell)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bregma_synthetic::Random;
+    use bregma_volume::{Grid, Raster, Samples, Unit, Volume};
+    use glam::{DAffine3, DMat3};
+    use std::sync::Arc;
+
+    #[test]
+    fn it_has_the_corners_values_and_its_gradient_is_how_it_changes() {
+        // Fails if a corner is taken for another, or an axis for another.
+        let mut random = Random(5);
+        for _ in 0..1000 {
+            let f: [f64; 8] = std::array::from_fn(|_| random.unit() - 0.5);
+            for (c, v) in f.iter().enumerate() {
+                let corner = DVec3::new((c & 1) as f64, (c >> 1 & 1) as f64, (c >> 2) as f64);
+                assert_eq!([value(&f, corner), weighted(&f, corner)], [*v; 2]);
+            }
+            let p = DVec3::from_array(std::array::from_fn(|_| random.unit()));
+            assert!((value(&f, p) - weighted(&f, p)).abs() < 1e-15);
+            // Along an axis it is linear.
+            for axis in 0..3 {
+                let mut q = p;
+                q[axis] = random.unit();
+                assert!((value(&f, q) - value(&f, p) - gradient(&f, p)[axis] * (q[axis] - p[axis])).abs() < 2e-15);
+            }
+        }
+    }
+
+    #[test]
+    fn of_a_linear_field_all_is_exact_everywhere() {
+        // Fails if a brick's block lacks a sample that a gradient at its border needs, or the grid's border is not one-sided.
+        let (dims, slope) = ([19, 10, 9], DVec3::new(3.0, -2.0, 7.0));
+        let at = |n: usize| DVec3::new((n % 19) as f64, (n / 19 % 10) as f64, (n / 190) as f64);
+        let grid = Grid::new(dims, DVec3::ONE, DVec3::ZERO, DMat3::IDENTITY).unwrap();
+        let samples = Samples::I16((0..grid.len()).map(|n| slope.dot(at(n)) as i16).collect());
+        let raster = Raster { grid, samples, slope: 1.0, intercept: 0.0, unit: Unit::Value, warnings: vec![] };
+        let volume = Arc::new(Volume::new("ramp".into(), "test", raster).unwrap());
+        let surface = Surface::new(&volume, 20.0, DAffine3::IDENTITY).unwrap();
+        let mut random = Random(6);
+        for n in 0..dims.iter().product() {
+            for p in [at(n), (at(n) + DVec3::from_array(std::array::from_fn(|_| random.unit()))).min(DVec3::new(18.0, 9.0, 8.0))] {
+                let normal = smooth_normal(&surface, IndexPoint(p)).unwrap();
+                assert!(normal.distance(-slope.normalize()) < 1e-14, "{p}: {normal}");
+                assert!((value_at(&surface, IndexPoint(p)).unwrap() - slope.dot(p)).abs() < 1e-12, "{p}");
+            }
+        }
+        assert_eq!(value_at(&surface, IndexPoint(DVec3::new(18.1, 2.0, 2.0))), None);
+    }
+}

@@ -20,6 +20,11 @@ impl<'a> Store<'a> {
         Self { samples, dims }
     }
 
+    /// Samples along i, j and k.
+    pub fn dims(self) -> [usize; 3] {
+        self.dims
+    }
+
     /// The samples at the corners of the 8³ cells of a range brick and, where the grid has them, those beside: from one before its first to
     /// one behind its last, as far as gradients at its cells reach. `None`: not here yet. Who draws goes on without them and asks again;
     /// who measures waits, since a length must not depend on what is loaded. A scan in memory has them all, and nothing is copied.
@@ -29,7 +34,8 @@ impl<'a> Store<'a> {
         Some(self.window(first, last))
     }
 
-    /// All samples as one block: for what takes a scan as a whole, as a texture or a filter along its axes does.
+    /// All samples as one block, which only a scan in memory has: for what takes it as a whole, as a texture or a filter along its axes does,
+    /// or asks for it sample by sample in loops that have no time to ask for bricks.
     pub fn whole(self) -> AnyBlock<'a> {
         self.window([0; 3], self.dims.map(|n| n - 1))
     }

@@ -27,9 +27,9 @@ pub(crate) struct CellMasks {
 }
 
 impl CellMasks {
-    /// The masks of the surface at `level` of the samples of `store` on a grid of `dims`, for the bricks that `map` says can hold it.
-    pub fn build(instructions: InstructionSet, store: Store<'_>, dims: [usize; 3], map: &DistanceMap, level: f32, sign: f32) -> Self {
-        let occupied = map.occupied();
+    /// The masks of the surface at `level` of the samples of `store`, for the bricks that `map` says can hold it.
+    pub fn build(instructions: InstructionSet, store: Store<'_>, map: &DistanceMap, level: f32, sign: f32) -> Self {
+        let (occupied, dims) = (map.occupied(), store.dims());
         let mut slots = vec![0; map.distances().len()];
         occupied.iter().zip(0..).for_each(|(&brick, slot)| slots[brick as usize] = slot);
         let [bx, by, _] = map.dims();
@@ -173,8 +173,7 @@ mod tests {
             for (level, sign) in [(0.5, 1.0), (100.0, 1.0), (100.0, -1.0)] {
                 let samples: Vec<u8> = (0..dims.iter().product()).map(|_| (random.unit().powi(8) * 256.0) as u8).collect();
                 let map = DistanceMap::build(&RangeBricks::build(&samples, dims), level, sign);
-                let masks =
-                    CellMasks::build(InstructionSet::new(), Store::new(&Samples::U8(samples.clone()), dims), dims, &map, level, sign);
+                let masks = CellMasks::build(InstructionSet::new(), Store::new(&Samples::U8(samples.clone()), dims), &map, level, sign);
                 let [bx, by, _] = map.dims();
                 for n in 0..(dims[0] - 1) * (dims[1] - 1) * (dims[2] - 1) {
                     let cell = [n % (dims[0] - 1), n / (dims[0] - 1) % (dims[1] - 1), n / ((dims[0] - 1) * (dims[1] - 1))];

@@ -334,7 +334,7 @@ impl MapCache {
         let dims = volume.grid().dims();
         let of = |bricks: &RangeBricks, store: Store<'_>| {
             let map = DistanceMap::build(bricks, level, sign);
-            let masks = CellMasks::build(self.instructions, store, dims, &map, level, sign);
+            let masks = CellMasks::build(self.instructions, store, &map, level, sign);
             (Arc::new(map), Arc::new(masks))
         };
         let store = Store::of(volume);

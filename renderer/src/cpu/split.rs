@@ -3,7 +3,7 @@
 //! The twin of `gpu/split.rs`.
 
 use super::fetch::Source;
-use super::walk::{Lines, Part};
+use super::walk::{Field, Lines, Part};
 use super::{draw, field_of, packets};
 use crate::frame::{Frame, FrameLayer};
 use crate::lanes::{Floats, LANES, numbers};
@@ -43,7 +43,7 @@ impl Rays<'_> {
 
     #[inline(always)]
     fn walk<S: Simd>(&self, simd: S, method: Option<Method>, source: Source<'_>, y0: u32, limits: &[f32], depths: &mut [f32]) {
-        let mut field = field_of(self.layer, source);
+        let mut field = Field { source, ..field_of(self.layer) };
         if let Source::Nothing = source {
             // Where nothing is fetched nothing is inside, which the compiler cannot know.
             (field.level, field.sign) = (black_box(1.0), black_box(1.0));
