@@ -4,7 +4,7 @@ use bregma::input::Opened;
 use bregma_renderer::stability::{Segment, SolveSegments};
 use bregma_renderer::{CpuRenderer, DistanceMap, Renderer, Solver};
 use bregma_tests::Random;
-use bregma_volume::{Progress, RangeBricks, with_samples};
+use bregma_volume::{Progress, RangeBricks, ReadSamples, with_samples};
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use glam::Vec3;

@@ -2,8 +2,8 @@
 
 use crate::input::Source;
 use crate::look::LookArgs;
+use bregma_field::formats::{RawLayout, Reduce, Uneven};
 use bregma_renderer::{Color, Mode, Solver};
-use bregma_volume::formats::{RawLayout, Reduce, Uneven};
 use clap::{Arg, ArgAction, ArgMatches, Args, Command as ClapCommand, FromArgMatches, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 use std::path::PathBuf;

@@ -1,7 +1,7 @@
 //! Two scans compared by two pictures of one view, each with one of them.
 
+use bregma_field::Volume;
 use bregma_renderer::{Picture, RenderError, Renderer, Scene};
-use bregma_volume::Volume;
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 use std::sync::Arc;

@@ -2,10 +2,10 @@
 
 use crate::compare::Compare;
 use crate::look::PER_VOXEL;
+use bregma_field::formats::{self, Hints, OpenError, Reduce, Scan, Uneven};
+use bregma_field::{Cancelled, Progress, TransformError, Volume, read_transform};
 use bregma_renderer::{Clip, Integrator, Layer, Projection, Scene};
 use bregma_synthetic::Which;
-use bregma_volume::formats::{self, Hints, OpenError, Reduce, Scan, Uneven};
-use bregma_volume::{Cancelled, Progress, TransformError, Volume, read_transform};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::collections::HashSet;

@@ -1,7 +1,7 @@
 //! Files that are either whole or not there: everything is written beside its place and then moved into it.
 
+use bregma_field::replace_file;
 use bregma_renderer::Picture;
-use bregma_volume::replace_file;
 use std::io;
 use std::path::{Path, PathBuf};
 use thiserror::Error;

@@ -1,8 +1,8 @@
 //! Ready-made looks: transfer functions with isosurfaces, each a small file. Those of the program are built in; users' own lie beside its
 //! settings and go before them.
 
+use bregma_field::Volume;
 use bregma_renderer::{Color, Layer, Shell, TransferFunction, Values};
-use bregma_volume::Volume;
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::{Path, PathBuf};

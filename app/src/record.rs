@@ -1,9 +1,9 @@
 //! Measurements with what they were made from, so that anyone can make them again.
 
 use crate::input::{Opened, Source};
+use bregma_field::{GridError, Progress, WorldPoint};
 use bregma_measure::{DifferenceRay, probe_cut};
 use bregma_renderer::{Clip, Color, Layer, Ray};
-use bregma_volume::{GridError, Progress, WorldPoint};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -45,7 +45,7 @@ impl Origin {
         }
         let named = |s: &Source| Source { file: std::path::absolute(&s.file).unwrap_or_else(|_| s.file.clone()), ..s.clone() };
         let layers = opened.volumes.iter().zip(&opened.scene.layers);
-        let scan = |(source, (volume, layer)): (&Source, (&Arc<bregma_volume::Volume>, &Layer))| Scan {
+        let scan = |(source, (volume, layer)): (&Source, (&Arc<bregma_field::Volume>, &Layer))| Scan {
             source: named(source),
             content: volume.content(),
             layer: layer.clone(),

@@ -2,12 +2,14 @@
 
 pub mod analytic;
 pub mod ct;
+mod random;
 pub mod sdf;
 pub mod skull;
 
 use bregma_volume::{Cancelled, Grid, Progress, Raster, Samples, Unit, Volume};
 use ct::Scanner;
 use glam::{DMat3, DVec3, dvec3};
+pub use random::Random;
 pub use skull::{Skull, Which};
 
 /// The scanner of the demo pair's skull `which`: a sharp clinical bone kernel; the two differ in their noise.

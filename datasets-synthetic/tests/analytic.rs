@@ -1,7 +1,7 @@
 //! The analytic volumes agree with their own answers.
 
 use bregma_synthetic::analytic::{MarschnerLobb, Plane, Saddle, Shell, Sphere};
-use bregma_volume::{Grid, Volume};
+use bregma_volume::{Grid, ReadSamples, Volume};
 use glam::{DMat3, DVec2, DVec3, dvec3};
 
 fn grid() -> Grid {

@@ -2,7 +2,7 @@
 
 use bregma_synthetic::ct::{AIR_HU, Field, Material, Scanner};
 use bregma_synthetic::{Which, skull};
-use bregma_volume::{Cancelled, Grid, Progress, Samples};
+use bregma_volume::{Cancelled, Grid, Progress, ReadSamples, Samples};
 use glam::{DMat3, DVec3, dvec3};
 
 struct Solid<F>(F);

@@ -4,8 +4,7 @@
 //! edge measurements: ISO 12233; Reichenbach and others 1991, Optical Engineering 30(2), 170–177). The boundary is a plane with a tilt and a
 //! curvature of its own, so that neither is taken for blur.
 
-use bregma_renderer::Surface;
-use bregma_volume::{IndexPoint, with_samples};
+use bregma_field::{IndexPoint, Sample, Store, Surface, WorldPoint, with_block};
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
@@ -104,14 +103,14 @@ fn inside_part(distance: f64) -> f64 {
 
 /// The samples around a point, within limits along the first of three axes.
 fn observed(surface: &Surface, point: DVec3, axes: [DVec3; 3], [from_mm, to_mm]: [f64; 2]) -> Vec<Observed> {
-    let IndexPoint(middle) = surface.grid.index(bregma_volume::WorldPoint(point));
+    let IndexPoint(middle) = surface.grid.index(WorldPoint(point));
     let dims = surface.grid.dims();
     let ends = |a: usize| {
         let first = (middle[a] - REACH_VOXEL).ceil().max(0.0) as usize;
         first..((middle[a] + REACH_VOXEL).floor() + 1.0).clamp(0.0, dims[a] as f64) as usize
     };
     let mut seen = Vec::new();
-    with_samples!(surface.volume.samples(), samples => {
+    with_block!(Store::of(&surface.volume).whole(), block => {
         for k in ends(2) {
             for j in ends(1) {
                 for i in ends(0) {
@@ -119,8 +118,7 @@ fn observed(surface: &Surface, point: DVec3, axes: [DVec3; 3], [from_mm, to_mm]:
                     let away = surface.grid.world(IndexPoint(index)).0 - point;
                     let along = axes.map(|axis| away.dot(axis));
                     if index.distance(middle) <= REACH_VOXEL && (from_mm..=to_mm).contains(&along[0]) {
-                        let sample = bregma_volume::Sample::to_f64(samples[(k * dims[1] + j) * dims[0] + i]);
-                        seen.push([along[0], along[1], along[2], surface.volume.value_of(sample)]);
+                        seen.push([along[0], along[1], along[2], surface.volume.value_of(block.at([i, j, k]).to_f64())]);
                     }
                 }
             }
@@ -283,8 +281,8 @@ fn solve(mut m: [[f64; PARAMETERS]; PARAMETERS], mut x: [f64; PARAMETERS]) -> Op
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bregma_field::{Grid, Progress, Raster, Samples, Unit, Volume};
     use bregma_synthetic::ct::{AIR_HU, Field, Material, Scanner};
-    use bregma_volume::{Grid, Progress, Raster, Samples, Unit, Volume};
     use glam::{DAffine3, DMat3};
     use std::sync::Arc;
 

@@ -14,8 +14,8 @@ pub fn table(d: &DifferenceRay) -> String {
     let mut line = |text: std::fmt::Arguments<'_>| out.write_fmt(text).and_then(|()| out.write_char('\n')).unwrap_or_default();
     for v in &d.volumes {
         let unit = match v.unit {
-            bregma_volume::Unit::Hounsfield => " HU",
-            bregma_volume::Unit::Value => "",
+            bregma_field::Unit::Hounsfield => " HU",
+            bregma_field::Unit::Value => "",
         };
         line(format_args!("\n{}, isovalue {} ± {:.1}{unit}; 95 % of lengths lie within their ± mm", v.name, v.iso, v.iso_tolerance));
         let Some([first, last]) = v.box_mm else {

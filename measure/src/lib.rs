@@ -5,12 +5,10 @@ pub mod export;
 pub mod landmarks;
 pub mod mesh;
 mod probe;
-mod profile;
 pub mod thickness;
-
 mod uncertainty;
 
+pub use bregma_field::interpolant::profile;
 pub use edge::Edge;
 pub use probe::{CrossingRecord, DifferenceRay, LedgerEntry, RayRecord, Segment, VolumeRecord, iso_tolerance, probe, probe_cut};
-pub use profile::profile;
 pub use uncertainty::Uncertainty;

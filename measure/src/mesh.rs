@@ -2,9 +2,10 @@
 //! that crosses it (the dual of marching cubes: Gibson 1998, "Constrained elastic surface nets", MICCAI, 888–898). Vertices lie on the
 //! interpolant's surface.
 
-use bregma_renderer::{Surface, reference};
-use bregma_volume::{Cancelled, IndexPoint, Progress, Sample, WorldPoint, with_samples};
-use glam::DVec3;
+use bregma_field::crossings::{self, Crossing};
+use bregma_field::interpolant::{corners, smooth_normal, weighted};
+use bregma_field::{Cancelled, IndexPoint, Progress, Ray, Sample, Store, Surface, WorldPoint, with_block};
+use glam::{DVec3, USizeVec3};
 use rayon::prelude::*;
 
 /// A mesh of triangles.
@@ -43,7 +44,7 @@ impl Mesh {
             mesh.layers.push((cells, mesh.vertices.len() as u32));
             mesh.vertices.extend(points);
         }
-        let normal = |point: &DVec3| reference::smooth_normal(surface, IndexPoint(*point)).unwrap_or(DVec3::Z);
+        let normal = |point: &DVec3| smooth_normal(surface, IndexPoint(*point)).unwrap_or(DVec3::Z);
         mesh.normals = mesh.vertices.par_iter().map(normal).collect();
         let map = surface.grid.index_to_world();
         mesh.vertices.par_iter_mut().for_each(|point| *point = map.transform_point3(*point));
@@ -78,8 +79,8 @@ impl Mesh {
     /// Around the grid edges that begin in layer k at their lower end.
     fn quadrangles(&self, surface: &Surface, k: usize, dims: [usize; 3]) -> Vec<[u32; 4]> {
         let mut all = vec![];
-        with_samples!(surface.volume.samples(), samples => {
-            let is_inside = |at: [usize; 3]| inside(surface, samples[(at[2] * dims[1] + at[1]) * dims[0] + at[0]]);
+        with_block!(Store::of(&surface.volume).whole(), block => {
+            let is_inside = |at: [usize; 3]| inside(surface, block.at(at));
             for j in 0..dims[1] {
                 for i in 0..dims[0] {
                     let at = [i, j, k];
@@ -118,10 +119,10 @@ fn inside<T: Sample>(surface: &Surface, sample: T) -> bool {
 fn passed(surface: &Surface, k: usize) -> impl Iterator<Item = [usize; 3]> {
     let [nx, ny, _] = surface.grid.dims();
     let mut cells = vec![];
-    with_samples!(surface.volume.samples(), samples => {
+    with_block!(Store::of(&surface.volume).whole(), block => {
         for j in 0..ny - 1 {
-            let rows = [(k * ny + j) * nx, (k * ny + j + 1) * nx, ((k + 1) * ny + j) * nx, ((k + 1) * ny + j + 1) * nx];
-            let column = |i: usize| rows.iter().filter(|row| inside(surface, samples[*row + i])).count();
+            let rows = [[0, j, k], [0, j + 1, k], [0, j, k + 1], [0, j + 1, k + 1]].map(|first| block.onward(first));
+            let column = |i: usize| rows.iter().filter(|row| inside(surface, row[i])).count();
             let mut before = column(0);
             for i in 0..nx - 1 {
                 let behind = column(i + 1);
@@ -140,14 +141,9 @@ const HALVINGS: usize = 52;
 
 /// The point of the surface in a cell that it passes, in index space: on the line from the middle of its outer to that of its inner corners.
 fn point_in(surface: &Surface, cell: [usize; 3]) -> DVec3 {
-    let [nx, ny, _] = surface.grid.dims();
-    let base = (cell[2] * ny + cell[1]) * nx + cell[0];
-    let f: [f64; 8] = with_samples!(surface.volume.samples(), samples => {
-        [0, 1, nx, nx + 1, nx * ny, nx * ny + 1, nx * ny + nx, nx * ny + nx + 1]
-            .map(|o| f64::from(surface.sign) * (samples[base + o].to_f64() - surface.level))
-    });
+    let cell = USizeVec3::from(cell);
+    let f = corners(surface, cell);
     let corner = |c: usize| DVec3::new((c & 1) as f64, (c >> 1 & 1) as f64, (c >> 2) as f64);
-    let value = |p: DVec3| (0..8).map(|c| ((DVec3::ONE - corner(c) - p).abs().element_product()) * f[c]).sum::<f64>();
     // The mean of the crossings of the cell's edges is near the surface, and keeps the mesh even.
     let (mut sum, mut count) = (DVec3::ZERO, 0.0);
     for c in 0..8_usize {
@@ -161,21 +157,21 @@ fn point_in(surface: &Surface, cell: [usize; 3]) -> DVec3 {
     }
     let middle = sum / count;
     // From there toward the corner that is farthest on the other side: between them the value changes sign.
-    let is_in = value(middle) >= 0.0;
+    let is_in = weighted(&f, middle) >= 0.0;
     let extreme = (0..8).max_by(|a, b| if is_in { f[*b].total_cmp(&f[*a]) } else { f[*a].total_cmp(&f[*b]) });
     let (mut near, mut far) = (middle, extreme.map_or(middle, corner));
     for _ in 0..HALVINGS {
         let half = 0.5 * (near + far);
-        if (value(half) >= 0.0) == is_in { near = half } else { far = half }
+        if (weighted(&f, half) >= 0.0) == is_in { near = half } else { far = half }
     }
-    DVec3::from(cell.map(|n| n as f64)) + near
+    cell.as_dvec3() + near
 }
 
 /// The point of the surface that is nearest to `point` along the smooth normal there, within `reach_mm`; `None` where there is none. It lies
 /// on the interpolant's surface to float64 precision.
-pub fn onto_surface(surface: &Surface, point: WorldPoint, reach_mm: f64) -> Option<reference::Crossing> {
-    let normal = reference::smooth_normal(surface, surface.grid.index(point))?;
-    let ray = bregma_renderer::Ray::new(WorldPoint(point.0 + reach_mm * normal), -normal)?;
-    let crossings = reference::crossings(surface, &ray).into_iter().filter(|c| c.t_mm <= 2.0 * reach_mm && !c.clipped && !c.at_origin);
+pub fn onto_surface(surface: &Surface, point: WorldPoint, reach_mm: f64) -> Option<Crossing> {
+    let normal = smooth_normal(surface, surface.grid.index(point))?;
+    let ray = Ray::new(WorldPoint(point.0 + reach_mm * normal), -normal)?;
+    let crossings = crossings::crossings(surface, &ray).into_iter().filter(|c| c.t_mm <= 2.0 * reach_mm && !c.clipped && !c.at_origin);
     crossings.min_by(|a, b| (a.t_mm - reach_mm).abs().total_cmp(&(b.t_mm - reach_mm).abs()))
 }

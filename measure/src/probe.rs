@@ -3,9 +3,8 @@
 
 use crate::edge::{Edge, spacing_along_mm};
 use crate::uncertainty::{self, End, Uncertainty};
-use bregma_renderer::reference::{self, Crossing, Kind};
-use bregma_renderer::{Clip, Layer, Ray, Surface};
-use bregma_volume::{GridError, Unit, Volume};
+use bregma_field::crossings::{self, Crossing, Kind};
+use bregma_field::{Clip, GridError, Measured, Ray, Surface, Unit, Volume};
 use serde::Serialize;
 use std::sync::Arc;
 
@@ -124,17 +123,26 @@ pub fn iso_tolerance(volume: &Volume) -> f64 {
     }
 }
 
-/// Casts the difference ray through the visible ones of `volumes`, each with its layer's isovalue and transform, in float64.
-pub fn probe(volumes: &[Arc<Volume>], layers: &[Layer], ray: &Ray) -> Result<DifferenceRay, GridError> {
-    probe_cut(volumes, layers, &[], ray)
+/// Casts the difference ray through the visible ones of `volumes`, as `measured` has one for each, in float64.
+pub fn probe(
+    volumes: &[Arc<Volume>],
+    measured: impl IntoIterator<Item = impl Into<Measured>>,
+    ray: &Ray,
+) -> Result<DifferenceRay, GridError> {
+    probe_cut(volumes, measured, &[], ray)
 }
 
 /// The same through what `clips` leave of them. Bone that a cut goes through is closed there, and clipped.
-pub fn probe_cut(volumes: &[Arc<Volume>], layers: &[Layer], clips: &[Clip], ray: &Ray) -> Result<DifferenceRay, GridError> {
-    let visible = volumes.iter().zip(layers).enumerate().filter(|(_, (_, layer))| layer.visible);
-    let records = visible.map(|(n, (volume, layer))| {
-        let surface = Surface::new(volume, layer.iso, layer.transform)?.cut(clips, n);
-        Ok(record(&surface, layer, ray))
+pub fn probe_cut(
+    volumes: &[Arc<Volume>],
+    measured: impl IntoIterator<Item = impl Into<Measured>>,
+    clips: &[Clip],
+    ray: &Ray,
+) -> Result<DifferenceRay, GridError> {
+    let visible = volumes.iter().zip(measured.into_iter().map(Into::into)).enumerate().filter(|(_, (_, measured))| measured.visible);
+    let records = visible.map(|(n, (volume, measured))| {
+        let surface = Surface::new(volume, measured.iso, measured.transform)?.cut(clips, n);
+        Ok(record(&surface, &measured, ray))
     });
     let volumes = unique_names(records.collect::<Result<Vec<_>, GridError>>()?);
     let ledger = ledger(&volumes);
@@ -152,17 +160,17 @@ fn unique_names(mut volumes: Vec<VolumeRecord>) -> Vec<VolumeRecord> {
     volumes
 }
 
-fn record(surface: &Surface, layer: &Layer, ray: &Ray) -> VolumeRecord {
+fn record(surface: &Surface, measured: &Measured, ray: &Ray) -> VolumeRecord {
     let volume = &surface.volume;
     let iso_tolerance = iso_tolerance(volume);
-    let crossings = reference::crossings(surface, ray);
+    let crossings = crossings::crossings(surface, ray);
     VolumeRecord {
         name: volume.name().to_owned(),
-        iso: layer.iso,
+        iso: measured.iso,
         unit: volume.unit(),
         iso_tolerance,
-        box_mm: reference::box_span(surface, ray).map(|s| s.t_mm),
-        segments: segments(surface, layer, ray, &crossings, iso_tolerance),
+        box_mm: crossings::box_span(surface, ray).map(|s| s.t_mm),
+        segments: segments(surface, measured, ray, &crossings, iso_tolerance),
         crossings: crossings.iter().map(|c| crossing_record(surface, iso_tolerance, c)).collect(),
     }
 }
@@ -173,7 +181,7 @@ fn crossing_record(surface: &Surface, iso_tolerance: f64, crossing: &Crossing) -
         t_mm: crossing.t_mm,
         kind: crossing.kind,
         cell: crossing.cell.to_array(),
-        point_mm: reference::world(surface, crossing).0.to_array(),
+        point_mm: crossings::world(surface, crossing).0.to_array(),
         normal: crossing.normal.to_array(),
         error_mm: crossing.error_mm,
         threshold_error_mm: if crossing.clipped || crossing.at_origin { 0.0 } else { iso_tolerance / value_per_mm },
@@ -185,8 +193,8 @@ fn crossing_record(surface: &Surface, iso_tolerance: f64, crossing: &Crossing) -
 /// Samples beyond the middle of a wall, or of a gap, belong to the next boundary; but those of this voxel always belong to this one.
 const LEAST_REACH_VOXEL: f64 = 0.75;
 
-fn segments(surface: &Surface, layer: &Layer, ray: &Ray, crossings: &[Crossing], tolerance: f64) -> Vec<Segment> {
-    // Entries and exits alternate, beginning with an entry (`reference::crossings`).
+fn segments(surface: &Surface, measured: &Measured, ray: &Ray, crossings: &[Crossing], tolerance: f64) -> Vec<Segment> {
+    // Entries and exits alternate, beginning with an entry (`crossings::crossings`).
     let ends: Vec<&Crossing> = crossings.iter().filter(|c| c.kind != Kind::Touch).collect();
     let end = |n: usize| {
         let crossing = ends[n];
@@ -201,7 +209,7 @@ fn segments(surface: &Surface, layer: &Layer, ray: &Ray, crossings: &[Crossing],
         } else {
             (ends.get(n - 1), ends.get(n + 1))
         };
-        let edge = || Edge::at(surface, reference::world(surface, crossing).0, crossing.normal, beside(wall), beside(gap));
+        let edge = || Edge::at(surface, crossings::world(surface, crossing).0, crossing.normal, beside(wall), beside(gap));
         End { crossing, edge: if cut { None } else { edge() }, reach_mm: half_mm(wall).min(half_mm(gap)) }
     };
     let segment = |n: usize| {
@@ -214,7 +222,7 @@ fn segments(surface: &Surface, layer: &Layer, ray: &Ray, crossings: &[Crossing],
             from_mm: enter.crossing.t_mm,
             to_mm: exit.crossing.t_mm,
             length_mm,
-            uncertainty: uncertainty::of_length(surface, layer.iso, tolerance, ray, [enter, exit], layer.residual_mm),
+            uncertainty: uncertainty::of_length(surface, measured.iso, tolerance, ray, [enter, exit], measured.residual_mm),
             obliquity_deg,
             half_maximum_mm: half_maximum_mm(surface, ray, [enter, exit]),
             resolution_mm,
@@ -231,7 +239,7 @@ fn segments(surface: &Surface, layer: &Layer, ray: &Ray, crossings: &[Crossing],
 fn half_maximum_mm(surface: &Surface, ray: &Ray, ends: [End<'_>; 2]) -> Option<f64> {
     let at = |end: &End<'_>| {
         let level = surface.volume.sample_of(end.edge?.middle());
-        let crossings = reference::crossings(&Surface { level, ..surface.clone() }, ray);
+        let crossings = crossings::crossings(&Surface { level, ..surface.clone() }, ray);
         let same = crossings.iter().filter(|c| c.kind == end.crossing.kind && !c.clipped && !c.at_origin);
         let away = |t_mm: f64| (t_mm - end.crossing.t_mm).abs();
         same.map(|c| c.t_mm).filter(|t| away(*t) < end.reach_mm).min_by(|a, b| away(*a).total_cmp(&away(*b)))

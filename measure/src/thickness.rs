@@ -6,8 +6,9 @@
 //!   67–75), the same from all sides.
 
 use crate::mesh::Mesh;
-use bregma_renderer::{Ray, Surface, reference};
-use bregma_volume::{Cancelled, IndexPoint, Progress, Sample, WorldPoint, with_samples};
+use bregma_field::crossings::{self, Crossing};
+use bregma_field::interpolant::smooth_normal;
+use bregma_field::{Cancelled, IndexPoint, Progress, Ray, Sample, Store, Surface, WorldPoint, with_block};
 use glam::DVec3;
 use rayon::prelude::*;
 use rstar::RTree;
@@ -33,9 +34,9 @@ const START_VOXEL: f64 = 0.01;
 /// The wall behind a point of the surface with outward unit `normal`; `None` where there is no bone behind it.
 pub fn across(surface: &Surface, point: DVec3, normal: DVec3) -> Option<Across> {
     let (there, end) = inward(surface, point, normal)?;
-    let exit_normal = reference::smooth_normal(surface, end.point).unwrap_or(end.normal);
+    let exit_normal = smooth_normal(surface, end.point).unwrap_or(end.normal);
     // Where the scan cuts the bone there is no way back.
-    let back = if end.clipped { None } else { inward(surface, reference::world(surface, &end).0, exit_normal) };
+    let back = if end.clipped { None } else { inward(surface, crossings::world(surface, &end).0, exit_normal) };
     Some(Across {
         there_mm: there,
         back_mm: back.map_or(there, |(back, _)| back),
@@ -45,10 +46,10 @@ pub fn across(surface: &Surface, point: DVec3, normal: DVec3) -> Option<Across> 
 }
 
 /// The length of the wall behind a point against its outward normal, and where that ends.
-fn inward(surface: &Surface, point: DVec3, normal: DVec3) -> Option<(f64, reference::Crossing)> {
+fn inward(surface: &Surface, point: DVec3, normal: DVec3) -> Option<(f64, Crossing)> {
     let start_mm = START_VOXEL * crate::edge::spacing_along_mm(surface, normal);
     let ray = Ray::new(WorldPoint(point + start_mm * normal), -normal)?;
-    let [enter, exit] = reference::first_wall(surface, &ray)?;
+    let [enter, exit] = crossings::first_wall(surface, &ray)?;
     // Another wall, farther on, is not the one that the point lies on: the surface there only touches the ray.
     (enter.t_mm <= 3.0 * start_mm).then_some((exit.t_mm - enter.t_mm, exit))
 }
@@ -172,8 +173,8 @@ fn grown(seeds: &RTree<Point>, (mut centre, mut radius): (DVec3, f64), first_ste
 fn layer_of(surface: &Surface, k: usize) -> (Vec<u32>, Vec<DVec3>) {
     let dims = surface.grid.dims();
     let (mut inside, mut crossings) = (vec![], vec![]);
-    with_samples!(surface.volume.samples(), samples => {
-        let value = |[i, j, k]: [usize; 3]| f64::from(surface.sign) * (samples[(k * dims[1] + j) * dims[0] + i].to_f64() - surface.level);
+    with_block!(Store::of(&surface.volume).whole(), block => {
+        let value = |at: [usize; 3]| f64::from(surface.sign) * (block.at(at).to_f64() - surface.level);
         for j in 0..dims[1] {
             for i in 0..dims[0] {
                 let at = [i, j, k];

@@ -4,8 +4,9 @@
 //! it is (JCGM 100:2008, "Guide to the expression of uncertainty in measurement", 5.1.2 and F.2.4.5).
 
 use crate::edge::{Edge, spacing_along_mm};
-use bregma_renderer::reference::Crossing;
-use bregma_renderer::{Ray, Surface};
+use bregma_field::crossings::Crossing;
+use bregma_field::interpolant::weighted;
+use bregma_field::{Ray, Surface};
 use glam::DVec3;
 use serde::Serialize;
 use std::f64::consts::PI;
@@ -184,13 +185,11 @@ fn sampling_mm(end: &End<'_>, surface: &Surface, iso: f64, ray: &Ray) -> f64 {
         let value = |t: f64| {
             let p = place + t * direction;
             let cell = p.floor();
-            let local = p - cell;
             let corner = |c: usize| {
                 let at = DVec3::new((c & 1) as f64, (c >> 1 & 1) as f64, (c >> 2) as f64);
-                let weight = (DVec3::ONE - at - local).abs();
-                weight.x * weight.y * weight.z * edge.value(outward + rise.dot(cell + at - place))
+                edge.value(outward + rise.dot(cell + at - place))
             };
-            (0..8).map(corner).sum::<f64>() - level
+            weighted(&std::array::from_fn(corner), p - cell) - level
         };
         crossing_near_zero(value, spacing_along_mm(surface, ray.direction))
     };

@@ -2,10 +2,8 @@
 //!
 //! The truth about a view is worked out once and judges any number of pictures of it.
 
-use crate::camera::Ray;
-use crate::reference;
-use crate::scene::{Picture, Scene, Surface};
-use bregma_volume::{Cancelled, GridError, Progress, Volume, WorldPoint};
+use crate::scene::{Picture, Scene};
+use bregma_field::{Cancelled, GridError, Progress, Ray, Surface, Volume, WorldPoint, crossings, interpolant};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::sync::{Arc, OnceLock};
@@ -145,7 +143,7 @@ impl Truth {
         let mm = beyond_rounding(found_mm, hit.t_mm);
         let surface = &self.surfaces[hit.surface];
         let normal_deg = hit.normal.map(|true_normal| {
-            let found = reference::smooth_normal(surface, surface.grid.index(ray.at(found_mm))).unwrap_or(-ray.direction);
+            let found = interpolant::smooth_normal(surface, surface.grid.index(ray.at(found_mm))).unwrap_or(-ray.direction);
             true_normal.cross(found).length().atan2(true_normal.dot(found)).to_degrees() as f32
         });
         Off { mm: mm as f32, voxel: (mm * self.voxels_per_mm(&ray)) as f32, normal_deg }
@@ -189,10 +187,10 @@ fn beyond_rounding(found_mm: f64, true_mm: f64) -> f64 {
 fn nearest(surfaces: &[Surface], ray: &Ray) -> Option<Nearest> {
     let mut nearest: Option<Nearest> = None;
     for (number, surface) in surfaces.iter().enumerate() {
-        let Some(entry) = reference::first_entry(surface, ray) else { continue };
+        let Some(entry) = crossings::first_entry(surface, ray) else { continue };
         if nearest.is_none_or(|n| entry.t_mm < n.t_mm) {
             let is_cut = entry.clipped || entry.at_origin;
-            let normal = (!is_cut).then(|| reference::smooth_normal(surface, entry.point).unwrap_or(-ray.direction));
+            let normal = (!is_cut).then(|| interpolant::smooth_normal(surface, entry.point).unwrap_or(-ray.direction));
             nearest = Some(Nearest { t_mm: entry.t_mm, surface: number, normal });
         }
     }

@@ -1,30 +1,8 @@
 //! Where the picture is taken from: a camera, its pixel rays, and the same rays as seen by each volume's index space.
 
-use bregma_volume::{Grid, WorldPoint};
+use bregma_field::{Bounds, Ray, WorldPoint};
 use glam::{DAffine3, DVec3};
 use serde::{Deserialize, Serialize};
-
-/// A ray in the world. Points on it are `origin + t·direction`, t in mm.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ray {
-    /// Where t is 0.
-    pub origin: WorldPoint,
-    /// Unit vector.
-    pub direction: DVec3,
-}
-
-impl Ray {
-    /// A ray from `origin` along `direction`, which is normalised; `None` when it has no direction or is not finite.
-    pub fn new(origin: WorldPoint, direction: DVec3) -> Option<Self> {
-        let direction = direction.try_normalize()?;
-        (origin.0.is_finite() && direction.is_finite()).then_some(Self { origin, direction })
-    }
-
-    /// The point at `t_mm`.
-    pub fn at(&self, t_mm: f64) -> WorldPoint {
-        WorldPoint(self.origin.0 + t_mm * self.direction)
-    }
-}
 
 /// How depth becomes size.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -53,29 +31,6 @@ pub struct Camera {
     pub up: DVec3,
     /// Perspective or orthographic.
     pub projection: Projection,
-}
-
-/// A sphere around everything that is shown.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds {
-    /// Its centre.
-    pub centre_mm: DVec3,
-    /// Its radius.
-    pub radius_mm: f64,
-}
-
-impl Bounds {
-    /// The sphere around the boxes of `grids`: for one, box centre and half its diagonal; for more, the centre of their
-    /// common axis-aligned box and the farthest corner from it. A unit sphere at the origin for none.
-    pub fn of<'a>(grids: impl IntoIterator<Item = &'a Grid>) -> Self {
-        let corners: Vec<DVec3> = grids.into_iter().flat_map(Grid::corners_mm).collect();
-        let Some(&first) = corners.first() else { return Self { centre_mm: DVec3::ZERO, radius_mm: 1.0 } };
-        let (low, high) = corners.iter().fold((first, first), |(low, high), &c| (low.min(c), high.max(c)));
-        let centre_mm = (low + high) / 2.0;
-        let radius_mm = corners.iter().map(|c| c.distance(centre_mm)).fold(0.0, f64::max);
-        // A single sample has no extent: any positive radius lets the camera stand somewhere.
-        Self { centre_mm, radius_mm: if radius_mm > 0.0 { radius_mm } else { 1.0 } }
-    }
 }
 
 /// Default vertical field of view.

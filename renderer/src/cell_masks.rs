@@ -4,7 +4,7 @@ use crate::InstructionSet;
 use crate::lanes::{Floats, LANES};
 use crate::occupancy::DistanceMap;
 use crate::roots::inside;
-use bregma_volume::{BRICK, Sample, Samples, with_samples};
+use bregma_field::{BRICK, Block, Sample, Store, with_block};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch};
 use rayon::prelude::*;
@@ -27,23 +27,22 @@ pub(crate) struct CellMasks {
 }
 
 impl CellMasks {
-    /// The masks of the surface at `level` of `samples` on a grid of `dims`, for the bricks that `map` says can hold it.
-    pub fn build(instructions: InstructionSet, samples: &Samples, dims: [usize; 3], map: &DistanceMap, level: f32, sign: f32) -> Self {
-        let occupied = map.occupied();
+    /// The masks of the surface at `level` of the samples of `store`, for the bricks that `map` says can hold it.
+    pub fn build(instructions: InstructionSet, store: Store<'_>, map: &DistanceMap, level: f32, sign: f32) -> Self {
+        let (occupied, dims) = (map.occupied(), store.dims());
         let mut slots = vec![0; map.distances().len()];
         occupied.iter().zip(0..).for_each(|(&brick, slot)| slots[brick as usize] = slot);
         let [bx, by, _] = map.dims();
-        let masks = with_samples!(samples, samples => {
-            let masks = |(masks, bricks): (&mut [Mask], &[u32])| {
-                dispatch!(instructions, simd => for (mask, &brick) in masks.iter_mut().zip(bricks) {
-                    let n = brick as usize;
-                    *mask = mask_of(simd, samples, dims, [n % bx, n / bx % by, n / (bx * by)].map(|b| b * BRICK), level, sign);
-                });
-            };
-            let mut all = vec![[0; WORDS]; occupied.len()];
-            all.par_chunks_mut(CHUNK).zip(occupied.par_chunks(CHUNK)).for_each(masks);
-            all
-        });
+        let fill = |(masks, bricks): (&mut [Mask], &[u32])| {
+            dispatch!(instructions, simd => for (mask, &brick) in masks.iter_mut().zip(bricks) {
+                let n = brick as usize;
+                let brick = [n % bx, n / bx % by, n / (bx * by)];
+                let block = store.block(brick).expect("a scan in memory has all its bricks");
+                *mask = with_block!(block, block => mask_of(simd, &block, dims, brick.map(|b| b * BRICK), level, sign));
+            });
+        };
+        let mut masks = vec![[0; WORDS]; occupied.len()];
+        masks.par_chunks_mut(CHUNK).zip(occupied.par_chunks(CHUNK)).for_each(fill);
         let boxes = masks.par_iter().map(box_of).collect();
         let mut all = Self { slots, masks, boxes, exposed: vec![] };
         all.exposed = occupied.into_par_iter().filter(|&brick| all.is_exposed(map, dims, brick as usize)).collect();
@@ -106,15 +105,15 @@ const CHUNK: usize = 64;
 
 /// The mask of the brick with its first sample at `corner`.
 #[inline(always)]
-fn mask_of<S: Simd, T: Sample>(simd: S, samples: &[T], dims: [usize; 3], corner: [usize; 3], level: f32, sign: f32) -> Mask {
+fn mask_of<S: Simd, T: Sample>(simd: S, block: &Block<'_, T>, dims: [usize; 3], corner: [usize; 3], level: f32, sign: f32) -> Mask {
     // 8 cells along each side, less at the grid's far border, and a sample more.
     let [cx, cy, cz] = std::array::from_fn(|a| (dims[a] - 1 - corner[a]).min(BRICK));
     let mut mask = [0_u64; BRICK];
     for k in 0..=cz {
         let mut layer = 0_u64;
         for j in 0..=cy {
-            let first = ((corner[2] + k) * dims[1] + corner[1] + j) * dims[0] + corner[0];
-            let bits = inside_bits(simd, &samples[first..], cx + 1, level, sign);
+            let row = block.onward([corner[0], corner[1] + j, corner[2] + k]);
+            let bits = inside_bits(simd, row, cx + 1, level, sign);
             // A sample is a corner of the cells on either side of it, along each axis.
             let row = (bits | bits >> 1) & ((1 << cx) - 1);
             if j < cy {
@@ -164,7 +163,7 @@ fn inside_bits<S: Simd, T: Sample>(simd: S, samples: &[T], count: usize, level: 
 mod tests {
     use super::*;
     use crate::stability::Random;
-    use bregma_volume::RangeBricks;
+    use bregma_field::{RangeBricks, Samples};
 
     #[test]
     fn a_cell_is_marked_when_a_corner_is_inside() {
@@ -174,7 +173,7 @@ mod tests {
             for (level, sign) in [(0.5, 1.0), (100.0, 1.0), (100.0, -1.0)] {
                 let samples: Vec<u8> = (0..dims.iter().product()).map(|_| (random.unit().powi(8) * 256.0) as u8).collect();
                 let map = DistanceMap::build(&RangeBricks::build(&samples, dims), level, sign);
-                let masks = CellMasks::build(InstructionSet::new(), &Samples::U8(samples.clone()), dims, &map, level, sign);
+                let masks = CellMasks::build(InstructionSet::new(), Store::new(&Samples::U8(samples.clone()), dims), &map, level, sign);
                 let [bx, by, _] = map.dims();
                 for n in 0..(dims[0] - 1) * (dims[1] - 1) * (dims[2] - 1) {
                     let cell = [n % (dims[0] - 1), n / (dims[0] - 1) % (dims[1] - 1), n / ((dims[0] - 1) * (dims[1] - 1))];

@@ -4,12 +4,11 @@ use crate::camera::PixelRays;
 use crate::cell_masks::CellMasks;
 use crate::light_spans::LightSpans;
 use crate::occupancy::DistanceMap;
-use crate::scene::{Color, CutFace, Integrator, Layer, Mode, Scene, Shell, Surface, Window};
+use crate::scene::{Color, CutFace, Integrator, Layer, Mode, Scene, Shell, Window};
 use crate::spans::Spans;
-use crate::spline;
 use crate::transfer::{TransferFunction, classify};
 use crate::{InstructionSet, RenderError};
-use bregma_volume::{RangeBricks, Samples, Unit, Volume};
+use bregma_field::{AnyBlock, RangeBricks, Samples, Store, Surface, Unit, Volume, spline};
 use glam::{DVec3, Mat3, Vec3, Vec4};
 use std::sync::Arc;
 
@@ -333,18 +332,19 @@ impl MapCache {
         }
         let (volume, level, sign) = (&surface.volume, surface.level as f32, surface.sign);
         let dims = volume.grid().dims();
-        let of = |bricks: &RangeBricks, samples: &Samples| {
+        let of = |bricks: &RangeBricks, store: Store<'_>| {
             let map = DistanceMap::build(bricks, level, sign);
-            let masks = CellMasks::build(self.instructions, samples, dims, &map, level, sign);
+            let masks = CellMasks::build(self.instructions, store, &map, level, sign);
             (Arc::new(map), Arc::new(masks))
         };
-        let maps = match volume.samples() {
+        let store = Store::of(volume);
+        let maps = match store.whole() {
             // A spline reaches beyond the corners of its cells.
-            Samples::F32(coefficients) if self.splines.iter().any(|(_, spline)| Arc::ptr_eq(spline, volume)) => {
-                let hull = spline::hull(coefficients, dims, sign);
-                of(&RangeBricks::build(&hull, dims), &Samples::F32(hull))
+            AnyBlock::F32(coefficients) if self.splines.iter().any(|(_, spline)| Arc::ptr_eq(spline, volume)) => {
+                let hull = spline::hull(coefficients.onward([0; 3]), dims, sign);
+                of(&RangeBricks::build(&hull, dims), Store::new(&Samples::F32(hull), dims))
             }
-            samples => of(volume.bricks(), samples),
+            _ => of(volume.bricks(), store),
         };
         self.known.push((Arc::clone(volume), surface.level, maps.clone()));
         maps
@@ -353,7 +353,7 @@ impl MapCache {
     /// Memory that they take.
     pub fn bytes(&self) -> usize {
         let maps = self.known.iter().map(|(.., (map, masks))| map.bytes() + masks.bytes());
-        let splines = self.splines.iter().map(|(_, spline)| spline.samples().len() * size_of::<f32>() + spline.index_bytes());
+        let splines = self.splines.iter().map(|(_, spline)| spline.sample_bytes() + spline.index_bytes());
         maps.sum::<usize>() + splines.sum::<usize>()
     }
 

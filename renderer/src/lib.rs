@@ -1,12 +1,11 @@
 //! Exact isosurfaces of scans by ray casting, on the CPU and on the GPU.
 //!
-//! A [`Scene`] says what is drawn; a [`Renderer`] turns it and its volumes into a [`Picture`]. [`reference`] is the truth
+//! A [`Scene`] says what is drawn; a [`Renderer`] turns it and its volumes into a [`Picture`]. [`bregma_field::crossings`] is the truth
 //! that both renderers are held to, and what measurements are taken from.
 
 pub mod accuracy;
 mod camera;
 mod cell_masks;
-mod clip;
 mod cpu;
 mod frame;
 #[cfg(feature = "gpu")]
@@ -14,29 +13,25 @@ mod gpu;
 mod lanes;
 mod light_spans;
 mod occupancy;
-pub mod reference;
 mod roots;
 mod scene;
 mod spans;
-mod spline;
 pub mod stability;
 mod tone;
 mod transfer;
 
-pub use camera::{Basis, Bounds, Camera, FOV_DEG, PixelAffine, PixelRays, Projection, Ray};
-pub use clip::{Clip, Region, Shape};
+pub use bregma_field::{Bounds, Clip, Ray, Region, Shape, Surface};
+pub use camera::{Basis, Camera, FOV_DEG, PixelAffine, PixelRays, Projection};
 pub use cpu::CpuRenderer;
 pub use fearless_simd::Level as InstructionSet;
 #[cfg(feature = "gpu")]
 pub use gpu::{GpuError, GpuRenderer};
 pub use occupancy::DistanceMap;
 pub use roots::{PerVoxel, Solver, Steps};
-pub use scene::{
-    BACKGROUND, Color, CutFace, Integrator, Layer, Light, Mode, Normals, Picture, Reconstruction, Scene, Shell, Surface, Window,
-};
+pub use scene::{BACKGROUND, Color, CutFace, Integrator, Layer, Light, Mode, Normals, Picture, Reconstruction, Scene, Shell, Window};
 pub use transfer::{Control, GradientPoint, Point, TransferFunction, Values, classify};
 
-use bregma_volume::{GridError, Volume};
+use bregma_field::{GridError, Volume};
 use serde::Serialize;
 use std::sync::Arc;
 use thiserror::Error;

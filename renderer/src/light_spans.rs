@@ -4,7 +4,7 @@ use crate::camera::{Camera, Projection};
 use crate::cell_masks::CellMasks;
 use crate::occupancy::DistanceMap;
 use crate::spans::{BLOCK, Spans};
-use bregma_volume::{BRICK, Grid};
+use bregma_field::{BRICK, Grid};
 use glam::{DAffine3, DMat3, DVec3};
 
 /// A surface as the light sees it, in blocks of half a brick's size.
@@ -54,7 +54,7 @@ mod tests {
     use super::*;
     use crate::InstructionSet;
     use crate::stability::Random;
-    use bregma_volume::{RangeBricks, Samples};
+    use bregma_field::{RangeBricks, Samples, Store};
 
     #[test]
     fn no_point_of_a_cell_that_can_hold_the_surface_lies_nearer_to_the_light_than_its_block_says() {
@@ -65,7 +65,7 @@ mod tests {
         for _ in 0..100 {
             let samples: Vec<u8> = (0..dims.iter().product()).map(|_| u8::from(random.unit() < 0.003)).collect();
             let map = DistanceMap::build(&RangeBricks::build(&samples, dims), 0.5, 1.0);
-            let masks = CellMasks::build(InstructionSet::new(), &Samples::U8(samples), dims, &map, 0.5, 1.0);
+            let masks = CellMasks::build(InstructionSet::new(), Store::new(&Samples::U8(samples), dims), &map, 0.5, 1.0);
             let mut point = || random.point().as_dvec3() - 0.5;
             let shear = DMat3::from_cols(DVec3::X + 0.4 * point(), DVec3::Y * 1.5 + 0.4 * point(), DVec3::Z * 0.3 + 0.4 * point());
             let grid = Grid::from_affine(dims, DAffine3::from_mat3_translation(shear, 30.0 * point())).unwrap();

@@ -1,6 +1,6 @@
 //! Which bricks can hold the surface, and how far a ray may leap from those that cannot.
 
-use bregma_volume::RangeBricks;
+use bregma_field::RangeBricks;
 
 /// For each brick the Chebyshev distance, in bricks, to the nearest brick that can hold the surface: 0 there, and from a
 /// brick at distance k every brick within k − 1 is empty. Capped at 255.

@@ -1,10 +1,9 @@
 //! What is drawn and how: one plain value that the window, the command line, sessions and tests share.
 
 use crate::camera::Camera;
-use crate::clip::{Clip, Region};
 use crate::roots::{Method, Solver};
 use crate::transfer::{Control, TransferFunction, lowest_visible};
-use bregma_volume::{Grid, GridError, Volume};
+use bregma_field::{Bounds, Clip, GridError, Measured, Surface, Volume};
 use glam::{DAffine3, DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -244,6 +243,12 @@ impl Layer {
     }
 }
 
+impl From<&Layer> for Measured {
+    fn from(layer: &Layer) -> Self {
+        Self { iso: layer.iso, transform: layer.transform, residual_mm: layer.residual_mm, visible: layer.visible }
+    }
+}
+
 /// The light and how surfaces answer it (Phong 1975).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Light {
@@ -317,44 +322,11 @@ pub struct Scene {
 /// Dark blue-grey: bone stands out on it, and it prints.
 pub const BACKGROUND: Color = Color([0.07, 0.08, 0.1]);
 
-/// A volume and where the scene puts it: what every tracer takes.
-#[derive(Clone, Debug)]
-pub struct Surface {
-    /// The scan.
-    pub volume: Arc<Volume>,
-    /// Its grid, moved by the layer's transform.
-    pub grid: Grid,
-    /// The isovalue in sample units. Pictures subtract it as float32, measurements as it is. A level outside the samples' range stays
-    /// within a range's width of it, since where it lies there makes no difference, and numbers stay finite.
-    pub level: f64,
-    /// 1 when larger samples are inside the bone, −1 when a negative slope turns that round.
-    pub sign: f32,
-    /// What cuts leave of it; it is closed there.
-    pub region: Region,
-}
-
-impl Surface {
-    /// The isosurface of `volume` at the value `iso`, moved by `transform`.
-    pub fn new(volume: &Arc<Volume>, iso: f64, transform: DAffine3) -> Result<Self, GridError> {
-        let grid = volume.grid().moved(transform)?;
-        let sign = if volume.slope() < 0.0 { -1.0 } else { 1.0 };
-        let [low, high] = volume.histogram().range;
-        let beyond = high - low + 1.0;
-        let level = volume.sample_of(iso).clamp(low - beyond, high + beyond);
-        Ok(Self { grid, level, sign, volume: Arc::clone(volume), region: Region::default() })
-    }
-
-    /// What `clips` leave of it, as the layer of number `index`.
-    pub fn cut(self, clips: &[Clip], index: usize) -> Self {
-        Self { region: Region::of(clips, index), ..self }
-    }
-}
-
 impl Scene {
     /// The scene that `volumes` open with, from anterior and slightly above.
     pub fn of(volumes: &[Arc<Volume>]) -> Self {
         let layers: Vec<Layer> = volumes.iter().enumerate().map(|(i, v)| Layer::new(v, i, volumes.len())).collect();
-        let camera = Camera::orbit(&crate::Bounds::of(volumes.iter().map(|v| v.grid())), 0.0, 0.0);
+        let camera = Camera::orbit(&Bounds::of(volumes.iter().map(|v| v.grid())), 0.0, 0.0);
         Self {
             layers,
             camera,

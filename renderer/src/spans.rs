@@ -4,7 +4,7 @@
 use crate::camera::{Camera, Projection};
 use crate::cell_masks::CellMasks;
 use crate::occupancy::DistanceMap;
-use bregma_volume::{BRICK, Grid};
+use bregma_field::{BRICK, Grid};
 use glam::{DAffine3, DMat3, DVec3};
 use rayon::prelude::*;
 
@@ -141,7 +141,7 @@ mod tests {
     use super::*;
     use crate::InstructionSet;
     use crate::stability::Random;
-    use bregma_volume::{RangeBricks, Samples};
+    use bregma_field::{RangeBricks, Samples, Store};
 
     #[test]
     fn every_point_of_the_cells_that_can_hold_the_surface_lies_in_the_span_of_its_pixel() {
@@ -155,7 +155,7 @@ mod tests {
             let part = if n % 2 == 0 { 0.003 } else { 0.3 };
             let samples: Vec<u8> = (0..dims.iter().product()).map(|_| u8::from(random.unit() < part)).collect();
             let map = DistanceMap::build(&RangeBricks::build(&samples, dims), 0.5, 1.0);
-            let masks = CellMasks::build(InstructionSet::new(), &Samples::U8(samples), dims, &map, 0.5, 1.0);
+            let masks = CellMasks::build(InstructionSet::new(), Store::new(&Samples::U8(samples), dims), &map, 0.5, 1.0);
             let mut point = || random.point().as_dvec3() - 0.5;
             let shear = DMat3::from_cols(DVec3::X + 0.4 * point(), DVec3::Y * 1.5 + 0.4 * point(), DVec3::Z + 0.4 * point());
             let grid = Grid::from_affine(dims, DAffine3::from_mat3_translation(shear, 30.0 * point())).unwrap();
@@ -178,7 +178,7 @@ mod tests {
                 let [first, end] = masks.cells(brick).map(|cell| DVec3::from(cell.map(f64::from)));
                 for _ in 0..50 {
                     let index = corner + first + random.point().as_dvec3() * (end - first);
-                    let p = grid.world(bregma_volume::IndexPoint(index));
+                    let p = grid.world(bregma_field::IndexPoint(index));
                     let Some((x, y)) = camera.project(p, w, h) else { continue };
                     // Between the outermost pixels; a block begins at its first pixel and ends at the next block's.
                     let inside = (0.0..=f64::from(w - 1)).contains(&x) && (0.0..=f64::from(h - 1)).contains(&y);

@@ -1,6 +1,6 @@
 //! How values become colour and opacity.
 
-use bregma_volume::Volume;
+use bregma_field::Volume;
 use glam::{Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 

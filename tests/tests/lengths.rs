@@ -4,11 +4,11 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use bregma::input::{Opened, Source};
+use bregma_field::crossings::{self, Kind};
 use bregma_measure::probe;
-use bregma_renderer::reference::{self, Kind};
 use bregma_renderer::{Ray, Surface};
 use bregma_tests::{Random, data};
-use bregma_volume::{Progress, Volume, WorldPoint};
+use bregma_volume::{Progress, ReadSamples, Volume, WorldPoint};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -38,7 +38,7 @@ fn turning_points(v: [f64; 4]) -> Vec<f64> {
 /// decides, or a crossing so near to a face between cells that it may lie on either side.
 fn crossings(surface: &Surface, ray: &Ray) -> Option<Vec<f64>> {
     let v = &surface.volume;
-    let [first, last] = reference::box_span(surface, ray)?.t_mm;
+    let [first, last] = crossings::box_span(surface, ray)?.t_mm;
     let map = surface.grid.world_to_index();
     let (origin, direction) = (map.transform_point3(ray.origin.0), map.transform_vector3(ray.direction));
     let dims = surface.grid.dims();
@@ -106,9 +106,9 @@ fn check(what: &str, source: Source, iso: Option<f64>) {
         let ray = Ray::new(WorldPoint(from), through - from).unwrap();
         let Some(truth) = crossings(&surface, &ray) else { return (0, 1, 0.0_f64) };
         // Ends at the scan's own faces are no crossings of the interpolant.
-        let found: Vec<_> = reference::crossings(&surface, &ray).into_iter().filter(|c| c.kind != Kind::Touch && !c.clipped).collect();
+        let found: Vec<_> = crossings::crossings(&surface, &ray).into_iter().filter(|c| c.kind != Kind::Touch && !c.clipped).collect();
         assert_eq!(found.len(), truth.len(), "{what}: {ray:?}: {found:#?} {truth:?}");
-        let off = |(c, t): (&reference::Crossing, &f64)| ((c.t_mm - t).abs() - c.error_mm).max(0.0);
+        let off = |(c, t): (&crossings::Crossing, &f64)| ((c.t_mm - t).abs() - c.error_mm).max(0.0);
         let worst = found.iter().zip(&truth).map(off).fold(0.0, f64::max);
         if n.is_multiple_of(20) {
             ledger_covers(&opened, &ray);

@@ -6,12 +6,12 @@
 use bregma::input::{Opened, Source};
 use bregma_measure::probe_cut;
 use bregma_renderer::{
-    Bounds, Camera, Clip, Color, Control, CpuRenderer, CutFace, GpuRenderer, Integrator, Light, Mode, Normals, Picture, Point, Projection,
-    Ray, Reconstruction, Renderer, Scene, Shape, Shell, TransferFunction, Values, classify,
+    Bounds, Camera, Clip, Color, Control, CpuRenderer, CutFace, GpuRenderer, Integrator, Light, Mode, Picture, Point, Projection,
+    Ray, Renderer, Scene, Shape, Shell, TransferFunction, Values, classify,
 };
 use bregma_tests::looks::looks;
 use bregma_tests::{Random, color_difference, data, volume};
-use bregma_volume::{Grid, IndexPoint, Progress, Samples, Volume, WorldPoint};
+use bregma_volume::{Grid, IndexPoint, Progress, ReadSamples, Samples, Volume, WorldPoint};
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use std::path::Path;
 use std::sync::Arc;
@@ -397,7 +397,7 @@ fn a_cut_shell_shows_two_circles_and_only_where_it_is_cut() {
     // Pick and probe: a ray from above meets the shell at the plane, and the ball as ever.
     let down = Ray::new(WorldPoint(DVec3::new(0.0, -26.0, 200.0)), -DVec3::Z).unwrap();
     let (_, surface) = scene.surfaces(&volumes).unwrap().remove(0);
-    let hit = bregma_renderer::reference::first_entry(&surface, &down).unwrap();
+    let hit = bregma_field::crossings::first_entry(&surface, &down).unwrap();
     assert!((hit.t_mm - (200.0 - plane_mm)).abs() < 1e-9 && hit.clipped && hit.normal.abs_diff_eq(DVec3::Z, 1e-9));
     let probed = probe_cut(&volumes, &scene.layers, &scene.clips, &down).unwrap();
     let first = &probed.volumes[0].segments[0];
@@ -603,8 +603,8 @@ fn smooth_normals_are_central_differences() {
     let mut compared = 0;
     for n in 0..60 * 60 {
         let ray = scene.camera.ray(f64::from(n % 60), f64::from(n / 60), 60, 60);
-        let Some(hit) = bregma_renderer::reference::first_entry(&surface, &ray) else { continue };
-        let shading = bregma_renderer::reference::smooth_normal(&surface, hit.point).unwrap();
+        let Some(hit) = bregma_field::crossings::first_entry(&surface, &ray) else { continue };
+        let shading = bregma_field::interpolant::smooth_normal(&surface, hit.point).unwrap();
         let value = |o: DVec3| interpolant(&volumes[0], DAffine3::IDENTITY, volumes[0].grid().world(IndexPoint(hit.point.0 + o)).0);
         let differences = DVec3::AXES.map(|a| Some(value(a)?.0 - value(-a)?.0));
         if let [Some(x), Some(y), Some(z)] = differences {

@@ -182,7 +182,7 @@ fn a_falling_scale_turns_inside_out_nowhere() {
     // Inside is x ≤ 10.5: the ray from +x meets it there.
     let surface = &scenes[0].surfaces(&volumes).unwrap()[0].1;
     let ray = bregma_renderer::Ray::new(bregma_volume::WorldPoint(DVec3::new(40.0, 12.2, 11.7)), DVec3::NEG_X).unwrap();
-    let entry = bregma_renderer::reference::first_entry(surface, &ray).unwrap();
+    let entry = bregma_field::crossings::first_entry(surface, &ray).unwrap();
     assert!((entry.t_mm - 29.5).abs() < 1e-9 && !entry.clipped, "{entry:?}");
 }
 

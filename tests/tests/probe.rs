@@ -2,12 +2,12 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
+use bregma_field::crossings::Kind;
 use bregma_measure::probe;
-use bregma_renderer::reference::Kind;
 use bregma_renderer::{Layer, Ray};
 use bregma_synthetic::analytic::Shell;
 use bregma_tests::Random;
-use bregma_volume::{Grid, IndexPoint, Progress, Volume, WorldPoint};
+use bregma_volume::{Grid, IndexPoint, Progress, ReadSamples, Volume, WorldPoint};
 use glam::{DAffine3, DMat3, DVec3};
 use std::sync::Arc;
 

@@ -2,9 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
+use bregma_field::crossings;
 use bregma_renderer::{
     Bounds, Camera, Clip, Color, CpuRenderer, GpuRenderer, Light, Mode, Picture, Projection, Ray, Renderer, Scene, Shape, Surface,
-    reference,
 };
 use bregma_synthetic::{Which, skull};
 use bregma_tests::{color_difference, volume};
@@ -50,7 +50,7 @@ fn judge(picture: &Picture, plain: &Picture, scene: &Scene, volumes: &[Arc<Volum
         let seen = scene.camera.ray(f64::from(x), f64::from(y), plain.width, plain.height).at(f64::from(plain.depth_mm[n])).0;
         let answers = moves.map(|moved| {
             let ray = Ray::new(WorldPoint(seen + start_mm * toward + MOVED_MM * moved), toward).unwrap();
-            surfaces.iter().any(|s| reference::first_entry(s, &ray).is_some())
+            surfaces.iter().any(|s| crossings::first_entry(s, &ray).is_some())
         });
         if answers.iter().any(|answer| *answer != answers[0]) {
             continue;
@@ -143,10 +143,10 @@ fn both_surfaces_of_an_overlay_have_shadows() {
         let (mut behind, mut dark) = (0, 0);
         for n in (0..nearest.rgba.len()).filter(|n| nearest.volume_id[*n] == 2) {
             let ray = scene.camera.ray((n % 160) as f64, (n / 160) as f64, 160, 160);
-            let Some(hit) = reference::first_entry(&surfaces[0], &ray) else { continue };
+            let Some(hit) = crossings::first_entry(&surfaces[0], &ray) else { continue };
             let toward = toward_light(&scene);
             let to_light = Ray::new(WorldPoint(ray.at(hit.t_mm).0 + 0.01 * toward), toward).unwrap();
-            let is_dark = hit.normal.dot(toward) < 0.0 || surfaces.iter().any(|s| reference::first_entry(s, &to_light).is_some());
+            let is_dark = hit.normal.dot(toward) < 0.0 || surfaces.iter().any(|s| crossings::first_entry(s, &to_light).is_some());
             // At the rims the answers are a matter of rounding.
             if hit.normal.dot(toward).abs() > 0.05 {
                 dark += usize::from(is_dark);

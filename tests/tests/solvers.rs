@@ -3,7 +3,8 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use bregma::input::Opened;
-use bregma_renderer::{CpuRenderer, GpuRenderer, Picture, Renderer, Solver, reference};
+use bregma_field::crossings;
+use bregma_renderer::{CpuRenderer, GpuRenderer, Picture, Renderer, Solver};
 use bregma_volume::Progress;
 
 /// What a solver made of a picture, against the reference.
@@ -28,7 +29,7 @@ fn solvers_are_twins_and_fail_as_their_methods_do() {
     let truth: Vec<f64> = (0..w * h)
         .map(|n| {
             let ray = opened.scene.camera.ray(f64::from(n % w), f64::from(n / w), w, h);
-            reference::first_entry(&surface, &ray).map_or(f64::NAN, |c| c.t_mm)
+            crossings::first_entry(&surface, &ray).map_or(f64::NAN, |c| c.t_mm)
         })
         .collect();
     let voxel_mm = surface.grid.spacing_mm().min_element();

@@ -6,7 +6,7 @@
 use bregma::input::{Opened, Source};
 use bregma_renderer::{Camera, Clip, CpuRenderer, CutFace, GpuRenderer, Mode, Picture, Ray, Reconstruction, Renderer, Scene, Shape};
 use bregma_tests::{Random, color_difference, data, volume};
-use bregma_volume::{Grid, Progress, Samples, Volume};
+use bregma_volume::{Grid, Progress, ReadSamples, Samples, Volume};
 use glam::{DAffine3, DMat3, DVec3};
 use std::sync::Arc;
 

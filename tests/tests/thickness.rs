@@ -8,7 +8,7 @@ use bregma_renderer::Surface;
 use bregma_synthetic::analytic::{Shell, Sphere, sampled};
 use bregma_synthetic::{Which, skull};
 use bregma_tests::Random;
-use bregma_volume::{Grid, IndexPoint, Progress, Volume, WorldPoint};
+use bregma_volume::{Grid, IndexPoint, Progress, ReadSamples, Volume, WorldPoint};
 use glam::{DAffine3, DMat3, DVec3};
 use std::collections::HashMap;
 use std::sync::Arc;

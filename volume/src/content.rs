@@ -1,6 +1,6 @@
 //! A scan's content as a number, by which it is known again whatever file it lies in.
 
-use crate::{Sample, Volume, with_samples};
+use crate::{ReadSamples, Sample, Volume, with_samples};
 use sha2::{Digest, Sha256};
 
 impl Volume {

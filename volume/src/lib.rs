@@ -1,7 +1,7 @@
 //! What a scan is: samples on a grid in the world, what their numbers mean, and how files become that.
 //!
 //! Data flows one way: one of the [`formats`] turns a file's headers into a [`formats::Scan`]; its samples stream into a [`Raster`], which
-//! [`Volume::new`] checks and indexes.
+//! [`Volume::new`] checks and indexes. Who depends on this package can read them again, by [`ReadSamples`]; the others ask `bregma-field`.
 
 mod content;
 pub mod formats;
@@ -23,4 +23,4 @@ pub use registration::{Registration, TransformError, read_transform};
 pub use replace::replace_file;
 pub use samples::{Sample, Samples};
 pub use summary::Summary;
-pub use volume::{Metadata, Raster, Unit, Volume, VolumeError};
+pub use volume::{Metadata, Raster, ReadSamples, Unit, Volume, VolumeError};

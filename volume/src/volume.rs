@@ -140,9 +140,14 @@ impl Volume {
         &self.metadata
     }
 
-    /// The samples, i fastest.
-    pub fn samples(&self) -> &Samples {
-        &self.samples
+    /// Whether the samples are whole numbers, and not float32.
+    pub fn has_whole_samples(&self) -> bool {
+        !matches!(self.samples, Samples::F32(_))
+    }
+
+    /// Memory that the samples take.
+    pub fn sample_bytes(&self) -> usize {
+        self.samples.bytes()
     }
 
     /// Ranges of the bricks of 8³ cells, in sample units.
@@ -213,6 +218,19 @@ impl Volume {
     /// Memory beside the samples.
     pub fn index_bytes(&self) -> usize {
         self.bricks.bytes() + size_of_val(self.summary.histogram.counts.as_slice())
+    }
+}
+
+/// Reading the samples of a volume: for what writes scans to files, and for `bregma-field`, which all that draws and measures is built on.
+/// It is a trait, and `bregma-field` passes [`Volume`] on without it: only a package that depends on this one itself can name it.
+pub trait ReadSamples {
+    /// The samples, i fastest.
+    fn samples(&self) -> &Samples;
+}
+
+impl ReadSamples for Volume {
+    fn samples(&self) -> &Samples {
+        &self.samples
     }
 }
 

@@ -6,7 +6,7 @@
 mod small;
 
 use bregma_volume::formats::{self, Hints, Reduce, Uneven, open, scan, write};
-use bregma_volume::{Grid, Progress, Raster, Samples, Unit, Volume};
+use bregma_volume::{Grid, Progress, Raster, ReadSamples, Samples, Unit, Volume};
 use glam::{DAffine3, DMat3, DVec3};
 use small::*;
 use std::path::Path;
@@ -72,7 +72,7 @@ fn what_streams_by_is_what_is_read() {
         assert_eq!(survey.warnings, volume.warnings(), "{}", small.name);
         assert_eq!(&survey.summary.histogram, volume.histogram(), "{}", small.name);
         assert_eq!((survey.summary.range(), survey.summary.otsu(), survey.summary.unit), (volume.range(), volume.otsu(), volume.unit()));
-        assert_eq!(survey.sample_bytes, volume.samples().bytes() as u64);
+        assert_eq!(survey.sample_bytes, volume.sample_bytes() as u64);
         for (reduce, step) in [(Reduce::Half, 2), (Reduce::Quarter, 4)] {
             let preview = read(&path, &Hints { reduce: Some(reduce), ..hints.clone() });
             let dims = volume.grid().dims();

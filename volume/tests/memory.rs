@@ -26,7 +26,7 @@ fn measure(path: &Path) {
     MEMORY.reset_peak_usage();
     let before = MEMORY.current_usage();
     let volume = open(path, &Hints::default(), &Progress::default()).unwrap();
-    let (reading, samples) = (MEMORY.peak_usage() - before, volume.samples().bytes());
+    let (reading, samples) = (MEMORY.peak_usage() - before, volume.sample_bytes());
     let mib = |bytes: usize| bytes as f64 / f64::from(1 << 20);
     println!(
         "{name}: {:.1} MiB of samples; reading them needs {:.1} MiB ({:.1} %), a survey {:.1} MiB",

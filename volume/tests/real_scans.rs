@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use bregma_volume::formats::{Hints, open, scan};
-use bregma_volume::{IndexPoint, Progress, Unit, Volume, WorldPoint};
+use bregma_volume::{IndexPoint, Progress, ReadSamples, Unit, Volume, WorldPoint};
 use glam::{DMat3, DVec3};
 use std::path::PathBuf;
 

@@ -2,8 +2,8 @@
 
 use super::Plan;
 use super::scatter::{Figure, Mark};
+use bregma_field::{Progress, Volume};
 use bregma_renderer::{Integrator, Mode, Picture, Renderer, Scene};
-use bregma_volume::{Progress, Volume};
 use std::sync::Arc;
 use std::time::Instant;
 

@@ -9,9 +9,9 @@ pub mod plot;
 pub mod scatter;
 pub mod table;
 
+use bregma_field::{Cancelled, Progress, Volume};
 use bregma_renderer::accuracy::{Counts, Quantiles, Tally, Truth, TruthError};
 use bregma_renderer::{Bounds, Camera, Mode, Picture, Reconstruction, RenderError, Renderer, Scene, Solver, Split};
-use bregma_volume::{Cancelled, Progress, Volume};
 use std::sync::Arc;
 use std::time::Instant;
 use thiserror::Error;

@@ -2,9 +2,9 @@
 
 use super::scatter::{Figure, Mark};
 use super::{ChartError, orbit};
+use bregma_field::{Progress, Volume};
 use bregma_renderer::{Bounds, Color, Light, Mode, Normals, Picture, Reconstruction, Renderer, Scene};
 use bregma_synthetic::{Skull, Which, ct::Field};
-use bregma_volume::{Progress, Volume};
 use glam::{DVec3, Vec3};
 use std::sync::Arc;
 use std::time::Instant;

@@ -82,7 +82,7 @@ pub fn bench(args: &BenchArgs, backend: Backend) -> Result<(), CommandError> {
         p95_ms: at(0.95),
         isovalue_change_ms,
         rays_per_s: f64::from(args.size).powi(2) / (median_ms / 1e3),
-        memory_bytes: opened.volumes.iter().map(|v| v.samples().bytes() + v.index_bytes()).sum::<usize>() + renderer.bytes(),
+        memory_bytes: opened.volumes.iter().map(|v| v.sample_bytes() + v.index_bytes()).sum::<usize>() + renderer.bytes(),
     };
     if args.json {
         return print(&(serde_json::to_string(&record).expect("the record has only numbers, texts and lists") + "\n"));

@@ -3,7 +3,7 @@
 use super::{CommandError, warn, with_progress};
 use crate::args::ConvertArgs;
 use crate::input::{InputError, Source};
-use bregma_volume::formats;
+use bregma_field::formats;
 
 /// Reads a scan and writes it in the form that the name of the output asks for.
 pub fn convert(args: &ConvertArgs) -> Result<(), CommandError> {

@@ -4,10 +4,10 @@ use super::{CommandError, make_folder, print, renderer, with_progress};
 use crate::args::{Backend, DemoArgs};
 use crate::input::{Opened, Session, Source};
 use crate::output::{write_png, write_whole};
+use bregma_field::WorldPoint;
+use bregma_field::formats::nrrd::{self, Compression};
 use bregma_measure::export;
 use bregma_renderer::{Camera, Mode, Ray};
-use bregma_volume::WorldPoint;
-use bregma_volume::formats::nrrd::{self, Compression};
 use glam::DVec3;
 use std::path::Path;
 

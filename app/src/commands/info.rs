@@ -3,8 +3,8 @@
 use super::{CommandError, print, warn, with_progress};
 use crate::args::InfoArgs;
 use crate::input::{InputError, scans};
-use bregma_volume::formats::{Scan, Survey};
-use bregma_volume::{Metadata, Unit};
+use bregma_field::formats::{Scan, Survey};
+use bregma_field::{Metadata, Unit};
 use glam::{DMat3, DVec3};
 use serde::Serialize;
 

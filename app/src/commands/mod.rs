@@ -25,9 +25,9 @@ pub use verify::verify;
 use crate::args::{Backend, Isovalues};
 use crate::input::{InputError, Opened, Source};
 use crate::output::OutputError;
+use bregma_field::Progress;
+use bregma_field::formats::WriteError;
 use bregma_renderer::{CpuRenderer, GpuRenderer, RenderError, Renderer};
-use bregma_volume::Progress;
-use bregma_volume::formats::WriteError;
 use std::io::{IsTerminal, Write};
 use std::path::Path;
 use std::time::Duration;
@@ -56,7 +56,7 @@ pub enum CommandError {
     Chart(#[from] crate::chart::ChartError),
     /// A registration flattens a volume.
     #[error("the transform of a volume cannot be used: {0}")]
-    Grid(#[from] bregma_volume::GridError),
+    Grid(#[from] bregma_field::GridError),
     /// A look that is not there.
     #[error(transparent)]
     Preset(#[from] crate::presets::PresetError),

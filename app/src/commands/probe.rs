@@ -3,9 +3,9 @@
 use super::{CommandError, open, print, require_spacing, with_progress};
 use crate::args::{ProbeArgs, ProbeFormat};
 use crate::record::{Origin, measure, to_json};
+use bregma_field::WorldPoint;
 use bregma_measure::{DifferenceRay, export};
 use bregma_renderer::Ray;
-use bregma_volume::WorldPoint;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::path::Path;

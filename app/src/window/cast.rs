@@ -89,7 +89,7 @@ impl Found {
     }
 
     /// The point at `t_mm`.
-    pub fn at(&self, t_mm: f64) -> bregma_volume::WorldPoint {
+    pub fn at(&self, t_mm: f64) -> bregma_field::WorldPoint {
         self.of.2.at(t_mm)
     }
 }

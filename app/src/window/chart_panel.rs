@@ -4,8 +4,8 @@ use super::history::Work;
 use super::job::Job;
 use super::same_scans;
 use crate::chart::{Chart, Measure, Plan, Point, errors, plot};
+use bregma_field::Volume;
 use bregma_renderer::{CpuRenderer, GpuRenderer, Reconstruction, Renderer, Solver};
-use bregma_volume::Volume;
 use egui::{
     Align, Align2, Color32, ColorImage, Context, Image, Layout, RichText, ScrollArea, Sense, TextureHandle, TextureOptions, Ui, Window,
 };

@@ -205,8 +205,8 @@ mod tests {
     use super::super::measured::Measured;
     use super::*;
     use crate::input::Opened;
+    use bregma_field::WorldPoint;
     use bregma_renderer::Ray;
-    use bregma_volume::WorldPoint;
     use glam::DVec3;
 
     #[test]

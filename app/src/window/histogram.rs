@@ -1,6 +1,6 @@
 //! A volume's histogram with its isovalue as a line that can be dragged.
 
-use bregma_volume::{Samples, Volume};
+use bregma_field::Volume;
 use egui::{Color32, CursorIcon, Rect, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
 
 const HEIGHT: f32 = 64.0;
@@ -41,7 +41,7 @@ pub fn columns(volume: &Volume, width: usize) -> Vec<f32> {
     let (counts, [low, high]) = (&volume.histogram().counts, volume.histogram().range);
     let (bins, width) = (counts.len(), width.max(1));
     // Between whole numbers lie bins that nothing can fall into: a column shows the numbers nearest to its ends.
-    let steps = if matches!(volume.samples(), Samples::F32(_)) { 0.0 } else { high - low };
+    let steps = if volume.has_whole_samples() { high - low } else { 0.0 };
     let bin = |share: f64| {
         let share = if 0.0 < steps && steps < bins as f64 { (share * steps).round() / steps } else { share };
         ((share * bins as f64) as usize).min(bins - 1)
@@ -67,7 +67,7 @@ pub fn round_to(x: f64, step: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bregma_volume::{Grid, Raster, Unit};
+    use bregma_field::{Grid, Raster, Samples, Unit};
     use glam::{DMat3, DVec3};
 
     #[test]

@@ -123,7 +123,7 @@ mod tests {
     #[test]
     fn looking_at_another_ray_is_no_step() {
         // Fails if undo stops at a selection, or a step of something else shows another ray.
-        let ray = bregma_renderer::Ray { origin: bregma_volume::WorldPoint(DVec3::ZERO), direction: DVec3::Z };
+        let ray = bregma_renderer::Ray { origin: bregma_field::WorldPoint(DVec3::ZERO), direction: DVec3::Z };
         let mut work = Work { opened: Opened::new(vec![], vec![]), measured: Measured::default() };
         let mut history = History::new(&work);
         work.measured.add_ray(ray);

@@ -1,7 +1,7 @@
 //! Long work on a thread of its own, so that the window never waits.
 
 use super::layers::line;
-use bregma_volume::Progress;
+use bregma_field::Progress;
 use egui::{Align, Context, Layout, ProgressBar, Ui};
 use std::fmt::Display;
 use std::sync::Arc;

@@ -5,8 +5,8 @@ use super::histogram;
 use super::history::Work;
 use super::measured::Measured;
 use super::{cuts, modes, shells, transfer_editor};
+use bregma_field::{Unit, Volume};
 use bregma_renderer::{Color, Layer, Mode, Picture, Scene};
-use bregma_volume::{Unit, Volume};
 use egui::{Align, Button, DragValue, Frame, Label, Layout, RichText, ScrollArea, Slider, SliderClamping, Ui};
 
 /// Shows the panel and applies what the person changes. `picture` is the newest one.

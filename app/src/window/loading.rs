@@ -4,9 +4,9 @@ use super::job::Job;
 use super::layers::line;
 use super::series::Choice;
 use crate::input::{DEMO_SIZE, InputError, Opened, Source, without_spacing};
+use bregma_field::Progress;
+use bregma_field::formats::{ReadError, Reduce, Uneven};
 use bregma_renderer::Mode;
-use bregma_volume::Progress;
-use bregma_volume::formats::{ReadError, Reduce, Uneven};
 use egui::{Context, DragValue, Ui};
 use glam::DVec3;
 

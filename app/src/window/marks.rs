@@ -32,7 +32,7 @@ impl Screen<'_> {
 
     /// Where a point of the world is on the screen; nowhere behind the eye.
     pub fn point(&self, p: DVec3) -> Option<Pos2> {
-        let (x, y) = self.camera.project(bregma_volume::WorldPoint(p), self.size[0], self.size[1])?;
+        let (x, y) = self.camera.project(bregma_field::WorldPoint(p), self.size[0], self.size[1])?;
         Some(self.rect.min + vec2(x as f32 + 0.5, y as f32 + 0.5) / self.pixels_per_point())
     }
 

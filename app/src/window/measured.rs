@@ -2,11 +2,11 @@
 
 use super::history::Work;
 use crate::input::{Landmark, Opened};
+use bregma_field::{WorldPoint, crossings, interpolant};
 use bregma_measure::Edge;
 use bregma_measure::mesh::onto_surface;
 use bregma_measure::thickness::across;
-use bregma_renderer::{Color, Ray, Surface, reference};
-use bregma_volume::WorldPoint;
+use bregma_renderer::{Color, Ray, Surface};
 use glam::DVec3;
 
 /// A difference ray with its name.
@@ -114,7 +114,7 @@ pub fn picked(work: &Work, only: Option<usize>, ray: &Ray) -> Result<Option<(Sur
     let hits = surfaces
         .into_iter()
         .filter(|(n, _)| only.is_none_or(|only| only == *n))
-        .filter_map(|(_, s)| reference::first_entry(&s, ray).map(|c| (c.t_mm, s)));
+        .filter_map(|(_, s)| crossings::first_entry(&s, ray).map(|c| (c.t_mm, s)));
     let nearest = hits.min_by(|a, b| a.0.total_cmp(&b.0));
     Ok(nearest.map(|(t_mm, surface)| (surface, ray.at(t_mm))))
 }
@@ -126,13 +126,13 @@ const START_VOXEL: f64 = 0.1;
 
 /// The ray straight into a surface at a point of it.
 pub fn normal_ray(surface: &Surface, point: WorldPoint) -> Option<Ray> {
-    let smooth = reference::smooth_normal(surface, surface.grid.index(point))?;
+    let smooth = interpolant::smooth_normal(surface, surface.grid.index(point))?;
     // Where samples are coarse for the edge, central differences are off by degrees, and the fitted edge is not.
     let half_wall_mm = across(surface, point.0, smooth).map_or(f64::INFINITY, |wall| 0.5 * wall.there_mm);
     let edge = Edge::at(surface, point.0, smooth, half_wall_mm, f64::INFINITY);
     let normal = edge.map_or(smooth, |edge| edge.normal);
     // What lies before the surface, and is nearer than that, is not in the ray.
-    let before_mm = reference::first_entry(
+    let before_mm = crossings::first_entry(
         surface,
         &Ray::new(WorldPoint(point.0 + START_VOXEL * surface.grid.spacing_mm().min_element() * normal), normal)?,
     )

@@ -33,9 +33,9 @@ mod view;
 
 use crate::compare::Compare;
 use crate::input::{Opened, Source};
+use bregma_field::Volume;
 use bregma_measure::DifferenceRay;
 use bregma_renderer::{Integrator, Mode, Picture, Scene, Solver};
-use bregma_volume::Volume;
 use cast::Found;
 use chart_panel::ChartPanel;
 use egui::{Align, CentralPanel, Context, Frame, Layout, Panel, Rect, Ui, ViewportCommand};

@@ -1,8 +1,8 @@
 //! How volumes become a picture: the mode, and what can be said about the one that is chosen.
 
 use super::layers::{color_button, percent};
+use bregma_field::Volume;
 use bregma_renderer::{BACKGROUND, Integrator, Mode, Normals, Picture, Reconstruction, Scene, Window};
-use bregma_volume::Volume;
 use egui::{Align, DragValue, Grid, Layout, Ui};
 use std::sync::Arc;
 

@@ -122,7 +122,7 @@ fn pick(names: &str, positive: bool) -> char {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bregma_volume::WorldPoint;
+    use bregma_field::WorldPoint;
 
     const BOUNDS: Bounds = Bounds { centre_mm: DVec3::new(5.0, -3.0, 20.0), radius_mm: 100.0 };
 

@@ -5,8 +5,8 @@ use super::cast::Found;
 use super::layers::{color_button, line};
 use super::measured::Measured;
 use super::ray_form::RayForm;
+use bregma_field::Unit;
 use bregma_measure::{LedgerEntry, Uncertainty, VolumeRecord, export};
-use bregma_volume::Unit;
 use egui::{Align, Color32, DragValue, Frame, Grid, Id, Layout, Margin, Panel, RichText, Role, ScrollArea, TextEdit, Ui, WidgetInfo, vec2};
 use egui_plot::{Line, LineStyle, Plot, VLine};
 

@@ -1,8 +1,8 @@
 //! A difference ray by numbers: where it begins, and its direction or a point that it goes through.
 
 use super::cuts::vector;
+use bregma_field::WorldPoint;
 use bregma_renderer::{Camera, Ray};
-use bregma_volume::WorldPoint;
 use egui::Ui;
 use glam::DVec3;
 

@@ -1,8 +1,8 @@
 //! What a volume's isosurfaces are where they are transparent: their opacity, their inside, and further ones.
 
 use super::layers::{color_button, line, percent, unit};
+use bregma_field::Volume;
 use bregma_renderer::{Color, Layer, Shell};
-use bregma_volume::Volume;
 use egui::{Align, DragValue, Layout, Ui};
 
 /// Colours of further surfaces: skin first.

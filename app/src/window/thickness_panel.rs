@@ -4,10 +4,10 @@ use super::history::Work;
 use super::job::Job;
 use crate::args::{Colors, ThicknessMethod};
 use crate::thickness::{Scale, white};
+use bregma_field::{Cancelled, Progress, Volume, WorldPoint, crossings};
 use bregma_measure::mesh::Mesh;
 use bregma_measure::thickness::{self, Method, Statistics};
-use bregma_renderer::{Clip, Mode, Ray, Scene, Surface, reference};
-use bregma_volume::{Cancelled, Progress, Volume, WorldPoint};
+use bregma_renderer::{Clip, Mode, Ray, Scene, Surface};
 use egui::{Align2, Color32, Context, DragValue, FontId, Grid, Rect, Role, Sense, Ui, WidgetInfo, Window, pos2, vec2};
 use glam::{DAffine3, DVec3};
 use std::sync::Arc;
@@ -242,7 +242,7 @@ impl Order {
         let is_asked = |point: &DVec3| {
             // What is left of a line from there begins there, but for rounding.
             let line = Ray { origin: WorldPoint(*point), direction: DVec3::X };
-            let is_left = self.clips.is_empty() || reference::box_span(&left, &line).is_some_and(|span| span.t_mm[0] < 1e-9);
+            let is_left = self.clips.is_empty() || crossings::box_span(&left, &line).is_some_and(|span| span.t_mm[0] < 1e-9);
             is_left && self.patch.is_none_or(|(centre, mm)| point.distance(centre) <= mm)
         };
         mesh.vertices.iter().zip(&mut values).filter(|(point, _)| !is_asked(point)).for_each(|(_, value)| *value = f32::NAN);
@@ -317,8 +317,8 @@ fn statistics(ui: &mut Ui, statistics: &Statistics) {
 mod tests {
     use super::super::files::save_map;
     use super::*;
+    use bregma_field::{Grid, Raster, Samples, Unit};
     use bregma_renderer::Shape;
-    use bregma_volume::{Grid, Raster, Samples, Unit};
     use glam::DMat3;
 
     /// A ball of radius 8 mm about (10, 10, 10).

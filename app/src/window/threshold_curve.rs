@@ -1,6 +1,6 @@
 //! How the length of a bone depends on the isovalue that says where it ends.
 
-use bregma_renderer::reference::{self, Kind};
+use bregma_field::crossings::{self, Kind};
 use bregma_renderer::{Ray, Surface};
 
 /// Isovalues on each side of the chosen one.
@@ -12,7 +12,7 @@ pub fn curve(surface: &Surface, ray: &Ray, iso: f64, [from_mm, to_mm]: [f64; 2])
     let Some(step) = surface.volume.otsu_step() else { return vec![] };
     let length = |iso: f64| {
         let surface = Surface { level: surface.volume.sample_of(iso), ..surface.clone() };
-        let ends: Vec<f64> = reference::crossings(&surface, ray).iter().filter(|c| c.kind != Kind::Touch).map(|c| c.t_mm).collect();
+        let ends: Vec<f64> = crossings::crossings(&surface, ray).iter().filter(|c| c.kind != Kind::Touch).map(|c| c.t_mm).collect();
         let common = |bone: &[f64]| bone[1].min(to_mm) - bone[0].max(from_mm);
         // Where it falls apart or grows into another, the part or the whole that has most of it.
         let same = ends.chunks_exact(2).filter(|bone| common(bone) > 0.0).max_by(|a, b| common(a).total_cmp(&common(b)));
@@ -25,7 +25,7 @@ pub fn curve(surface: &Surface, ray: &Ray, iso: f64, [from_mm, to_mm]: [f64; 2])
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bregma_volume::{Grid, Raster, Samples, Unit, Volume, WorldPoint};
+    use bregma_field::{Grid, Raster, Samples, Unit, Volume, WorldPoint};
     use glam::{DAffine3, DMat3, DVec3};
     use std::sync::Arc;
 

@@ -4,8 +4,8 @@ use super::cast::bytes;
 use super::histogram;
 use super::layers::{color_button, unit};
 use crate::presets;
+use bregma_field::Volume;
 use bregma_renderer::{Color, GradientPoint, Layer, Point, TransferFunction, Values, classify};
-use bregma_volume::Volume;
 use egui::{Button, Color32, DragValue, PointerButton, Pos2, Rect, Role, Sense, Stroke, Ui, Vec2, WidgetInfo, pos2, vec2};
 
 const HEIGHT: f32 = 110.0;

@@ -25,7 +25,7 @@ pub struct View {
     /// What a click does.
     tool: Tool,
     /// The first of two clicked points.
-    first_point: Option<bregma_volume::WorldPoint>,
+    first_point: Option<bregma_field::WorldPoint>,
     /// The cut that the mouse holds.
     held: Held,
     /// When the mouse last moved the view or a layer changed, in the window's seconds.

@@ -3,8 +3,9 @@
 //! The twin of `shaders/cuts.wgsl`.
 
 use super::walk::{FAR, Lines};
-use crate::clip::{Half, Region};
 use crate::lanes::{Doubles, Floats, Mask, Vecs, axes};
+use bregma_field::Region;
+use bregma_field::clip::Half;
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 

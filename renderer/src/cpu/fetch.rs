@@ -2,29 +2,34 @@
 
 use crate::lanes::{Floats, Ints, LANES, Mask, Vecs, axes, mix, numbers};
 use crate::roots::spline::Taps;
-use bregma_volume::{Sample, Samples, with_samples};
+use bregma_field::{AnyBlock, Block, Sample, Store, Surface, with_block};
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
 /// Where samples come from.
 #[derive(Clone, Copy)]
 pub(crate) enum Source<'a> {
-    Samples(&'a Samples),
+    Samples(AnyBlock<'a>),
     /// From nowhere, to time a walk that fetches nothing.
     Nothing,
 }
 
-impl Source<'_> {
+impl<'a> Source<'a> {
+    /// The samples of a surface, all of them.
+    pub fn of(surface: &'a Surface) -> Self {
+        Self::Samples(Store::of(&surface.volume).whole())
+    }
+
     /// Samples at the corners of a cell, by its lowest, in the lanes of `of`; corner x + 2y + 4z is at (x, y, z).
     #[inline(always)]
-    pub fn corners<S: Simd>(self, simd: S, dims: [i32; 3], cell: &[Ints<S>; 3], of: Mask<S>) -> [Floats<S>; 8] {
+    pub fn corners<S: Simd>(self, simd: S, cell: &[Ints<S>; 3], of: Mask<S>) -> [Floats<S>; 8] {
         let mut f = [[0.0; LANES]; 8];
         if let Self::Samples(samples) = self {
             let cell = cell.map(Ints::to_array);
-            with_samples!(samples, samples => {
+            with_block!(samples, block => {
                 for lane in numbers(of) {
-                    let at = [cell[0][lane], cell[1][lane], cell[2][lane]];
-                    corners_of(samples, dims, at).into_iter().zip(&mut f).for_each(|(v, f)| f[lane] = v);
+                    let at = [cell[0][lane], cell[1][lane], cell[2][lane]].map(|n| n as usize);
+                    block.corners(at).into_iter().zip(&mut f).for_each(|(v, f)| f[lane] = v.to_f32());
                 }
             });
         }
@@ -38,12 +43,11 @@ impl Source<'_> {
         let mut taps = [[0.0; LANES]; 64];
         if let Self::Samples(samples) = self {
             let cell = cell.map(Ints::to_array);
-            with_samples!(samples, samples => {
+            with_block!(samples, block => {
                 for lane in numbers(of) {
                     let [xs, ys, zs] = around(dims, [cell[0][lane], cell[1][lane], cell[2][lane]]);
                     for (n, tap) in taps.iter_mut().enumerate() {
-                        let row = (zs[n / 16] * dims[1] as usize + ys[n / 4 % 4]) * dims[0] as usize;
-                        tap[lane] = samples[row + xs[n % 4]].to_f32();
+                        tap[lane] = block.at([xs[n % 4], ys[n / 4 % 4], zs[n / 16]]).to_f32();
                     }
                 }
             });
@@ -86,10 +90,10 @@ impl Source<'_> {
         let v = &mut around.samples;
         if new.any_true() {
             let cells = cell.map(Ints::to_array);
-            with_samples!(samples, samples => {
+            with_block!(samples, block => {
                 for lane in numbers(new) {
                     let at = [cells[0][lane], cells[1][lane], cells[2][lane]];
-                    surroundings(samples, dims, at, |[x, y, z], value| v[z][y][x][lane] = value);
+                    surroundings(&block, dims, at, |[x, y, z], value| v[z][y][x][lane] = value);
                 }
             });
             around.known |= new;
@@ -111,12 +115,12 @@ impl Source<'_> {
 }
 
 /// By z, y and x.
-type Block = [[[[f32; LANES]; 4]; 4]; 4];
+type Surroundings = [[[[f32; LANES]; 4]; 4]; 4];
 
 /// The samples around cells: 4 along each axis, where the grid has them, but not the corners of that block. Several points of a cell are
 /// interpolated from the same.
 pub(crate) struct Around<S: Simd> {
-    samples: Block,
+    samples: Surroundings,
     /// In which lanes they are read.
     pub known: Mask<S>,
 }
@@ -131,7 +135,7 @@ impl<S: Simd> Around<S> {
 /// Differences along an axis around cells' lower samples (`n` = 0) or higher ones (1), interpolated between the four columns through the cell.
 /// What is interpolated are differences, as in the shader: of equal samples nothing may be left, however it is rounded.
 #[inline(always)]
-fn across<S: Simd>(simd: S, v: &Block, axis: usize, n: usize, u: Floats<S>, w: Floats<S>) -> Floats<S> {
+fn across<S: Simd>(simd: S, v: &Surroundings, axis: usize, n: usize, u: Floats<S>, w: Floats<S>) -> Floats<S> {
     let low = mix(difference(simd, v, axis, n, [1, 1]), difference(simd, v, axis, n, [2, 1]), u);
     let high = mix(difference(simd, v, axis, n, [1, 2]), difference(simd, v, axis, n, [2, 2]), u);
     mix(low, high, w)
@@ -139,22 +143,13 @@ fn across<S: Simd>(simd: S, v: &Block, axis: usize, n: usize, u: Floats<S>, w: F
 
 /// Of samples n and n + 2 of the column along an axis that is at p and q of the other two.
 #[inline(always)]
-fn difference<S: Simd>(simd: S, v: &Block, axis: usize, n: usize, [p, q]: [usize; 2]) -> Floats<S> {
+fn difference<S: Simd>(simd: S, v: &Surroundings, axis: usize, n: usize, [p, q]: [usize; 2]) -> Floats<S> {
     let (from, to) = match axis {
         0 => (&v[q][p][n], &v[q][p][n + 2]),
         1 => (&v[q][n][p], &v[q][n + 2][p]),
         _ => (&v[n][q][p], &v[n + 2][q][p]),
     };
     Floats::load_array_ref(simd, to) - Floats::load_array_ref(simd, from)
-}
-
-#[inline(always)]
-fn corners_of<T: Sample>(samples: &[T], dims: [i32; 3], cell: [i32; 3]) -> [f32; 8] {
-    let [nx, ny, _] = dims.map(|n| n as usize);
-    let base = (cell[2] as usize * ny + cell[1] as usize) * nx + cell[0] as usize;
-    let pair = |row: usize| [samples[row].to_f32(), samples[row + 1].to_f32()];
-    let [[a, b], [c, d], [e, f], [g, h]] = [pair(base), pair(base + nx), pair(base + nx * ny), pair(base + nx * ny + nx)];
-    [a, b, c, d, e, f, g, h]
 }
 
 /// Along each axis from the one before a cell to the one behind it; at the grid's border the nearest.
@@ -166,27 +161,25 @@ fn around(dims: [i32; 3], cell: [i32; 3]) -> [[usize; 4]; 3] {
 
 /// The samples from one before a cell to one behind it, but those at the corners of that block; at the grid's border the nearest.
 #[inline(always)]
-fn surroundings<T: Sample>(samples: &[T], dims: [i32; 3], cell: [i32; 3], mut put: impl FnMut([usize; 3], f32)) {
-    let [nx, ny] = [dims[0] as usize, dims[1] as usize];
+fn surroundings<T: Sample>(block: &Block<'_, T>, dims: [i32; 3], cell: [i32; 3], mut put: impl FnMut([usize; 3], f32)) {
     let [xs, ys, zs] = around(dims, cell);
     // Away from the border samples of a row lie side by side: one check for four of them.
     let is_inner = xs[3] - xs[0] == 3;
     for z in 0..4 {
         for y in 0..4 {
-            let row = (zs[z] * ny + ys[y]) * nx;
             let (y_outer, z_outer) = (y % 3 == 0, z % 3 == 0);
             if y_outer && z_outer {
                 continue;
             }
             let columns = if y_outer || z_outer { 1..3 } else { 0..4 };
             if is_inner {
-                let four = &samples[row + xs[0]..][..4];
+                let four = &block.onward([xs[0], ys[y], zs[z]])[..4];
                 for x in columns {
                     put([x, y, z], four[x].to_f32());
                 }
             } else {
                 for x in columns {
-                    put([x, y, z], samples[row + xs[x]].to_f32());
+                    put([x, y, z], block.at([xs[x], ys[y], zs[z]]).to_f32());
                 }
             }
         }

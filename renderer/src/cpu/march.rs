@@ -5,7 +5,7 @@
 
 use super::cells::{self, Crossing};
 use super::cuts::{Kept, kept};
-use super::fetch::{Around, Source};
+use super::fetch::Around;
 use super::walk::{Field, Lines, Part, Walk};
 use super::{Pixels, View, field_of};
 use crate::frame::{Frame, FrameLayer};
@@ -77,7 +77,7 @@ pub(super) fn march<'a, S: Simd>(
         if s_min > s_max {
             continue;
         }
-        let field = field_of(layer, Source::Samples(layer.surface.volume.samples()));
+        let field = field_of(layer);
         let kept = kept(simd, &layer.surface.region, &world);
         let s_max = splat(s_max).min(kept.end).min(until);
         let part = Part { begin: kept.begin, s_min: splat(s_min), s_max };

@@ -24,7 +24,7 @@ use crate::scene::{Integrator, Mode, Normals, Picture, Scene};
 use crate::spans::BLOCK;
 use crate::tone::colored;
 use crate::{InstructionSet, RenderError, Renderer, Split};
-use bregma_volume::Volume;
+use bregma_field::Volume;
 use cuts::{Kept, kept};
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch};
@@ -150,7 +150,7 @@ fn project_band<S: Simd>(simd: S, frame: &Frame, scene: &Scene, [width, y0]: [u3
             if s_min > s_max {
                 continue;
             }
-            let field = field_of(layer, Source::Samples(layer.surface.volume.samples()));
+            let field = field_of(layer);
             let lines = lines_of(simd, layer, &pixels);
             let kept = kept(simd, &layer.surface.region, &world_lines(simd, frame, &pixels));
             let part = Part { begin: kept.begin, s_min: Floats::splat(simd, s_min), s_max: Floats::splat(simd, s_max).min(kept.end) };
@@ -272,7 +272,7 @@ fn faces<S: Simd>(simd: S, view: &View<'_, S>, lines: &[Lines<S>]) -> Vec<Drawn<
     let View { frame, scene, pixels, .. } = *view;
     let mut faces = vec![];
     for (layer, lines) in frame.layers.iter().zip(lines).filter(|(layer, _)| layer.shows_faces) {
-        let field = field_of(layer, Source::Samples(layer.surface.volume.samples()));
+        let field = field_of(layer);
         let kept = kept(simd, &layer.surface.region, &world_lines(simd, frame, pixels));
         let face = face_of(simd, scene, layer, &field, lines, &kept, pixels.inside);
         let zero = Floats::splat(simd, 0.0);
@@ -470,7 +470,7 @@ fn trace<S: Simd>(
     if s_min > s_max {
         return None;
     }
-    let field = field_of(layer, Source::Samples(layer.surface.volume.samples()));
+    let field = field_of(layer);
     let lines = lines_of(simd, layer, pixels);
     let kept = kept(simd, &layer.surface.region, &world_lines(simd, frame, pixels));
     let splat = |v| Floats::splat(simd, v);
@@ -597,7 +597,8 @@ fn light<S: Simd>(simd: S, view: &View<'_, S>, drawn: &Drawn<S>) -> Vecs<S> {
     view.lit(simd, &drawn.color, &drawn.normal, share, drawn.s)
 }
 
-fn field_of<'a>(layer: &'a FrameLayer, source: Source<'a>) -> Field<'a> {
+fn field_of(layer: &FrameLayer) -> Field<'_> {
+    let source = Source::of(&layer.surface);
     let dims = layer.surface.grid.dims().map(|n| n as i32);
     Field { source, dims, map: &layer.map, masks: &layer.masks, level: layer.level, sign: layer.surface.sign }
 }

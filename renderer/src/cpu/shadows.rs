@@ -4,7 +4,6 @@
 
 use super::cells::next_cell;
 use super::cuts::{Kept, kept};
-use super::fetch::Source;
 use super::march::world_lines;
 use super::pieces::{count, paint_of};
 use super::shells::{Pending, first};
@@ -62,7 +61,7 @@ pub(super) fn shadowed<S: Simd>(simd: S, view: &View<'_, S>, s: Floats<S>, asked
         let asked = asked & !dark & s_max.simd_gt(kept.begin);
         if asked.any_true() {
             let part = Part { begin: kept.begin, s_min: Floats::splat(simd, 0.0), s_max };
-            let field = field_of(layer, Source::Samples(layer.surface.volume.samples()));
+            let field = field_of(layer);
             dark |= field.first_hits(simd, Some(view.scene.method()), &lines, &part, asked).found;
         }
     }
@@ -89,7 +88,7 @@ fn let_through<S: Simd>(simd: S, view: &View<'_, S>, s: Floats<S>, asked: Mask<S
     for layer in &view.frame.layers {
         let ToLight { lines, kept, s_max } = to_light(simd, view, layer, s, asked);
         let part = Part { begin: kept.begin, s_min: zero, s_max };
-        let field = field_of(layer, Source::Samples(layer.surface.volume.samples()));
+        let field = field_of(layer);
         let (mut walk, mut walking) = field.begin(simd, &lines, &part, asked & s_max.simd_gt(kept.begin));
         let mut above = Ints::splat(simd, 0);
         loop {

@@ -3,7 +3,7 @@
 //! The twin of `gpu/split.rs`.
 
 use super::fetch::Source;
-use super::walk::{Lines, Part};
+use super::walk::{Field, Lines, Part};
 use super::{draw, field_of, packets};
 use crate::frame::{Frame, FrameLayer};
 use crate::lanes::{Floats, LANES, numbers};
@@ -43,7 +43,7 @@ impl Rays<'_> {
 
     #[inline(always)]
     fn walk<S: Simd>(&self, simd: S, method: Option<Method>, source: Source<'_>, y0: u32, limits: &[f32], depths: &mut [f32]) {
-        let mut field = field_of(self.layer, source);
+        let mut field = Field { source, ..field_of(self.layer) };
         if let Source::Nothing = source {
             // Where nothing is fetched nothing is inside, which the compiler cannot know.
             (field.level, field.sign) = (black_box(1.0), black_box(1.0));
@@ -78,7 +78,7 @@ pub fn split(level: Level, frame: &Frame, scene: &Scene, width: u32, height: u32
     let (mut walking_ms, mut fetched_ms, mut solved_ms) = (0.0, 0.0, 0.0);
     let mut limits = vec![f32::MAX; width as usize * height as usize];
     for layer in &frame.layers {
-        let samples = Source::Samples(layer.surface.volume.samples());
+        let samples = Source::of(&layer.surface);
         let (solved, depths) = Rays { level, layer, width, limits: &limits }.time(Some(scene.method()), samples);
         let known = Rays { level, layer, width, limits: &depths };
         // Fixed steps have no solver apart from what they fetch and interpolate.

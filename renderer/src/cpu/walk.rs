@@ -12,7 +12,7 @@ use crate::cell_masks::{CellMasks, WORDS};
 use crate::lanes::{Doubles, Floats, Ints, LANES, Mask, Vecs, axes, numbers};
 use crate::occupancy::DistanceMap;
 use crate::roots::{Method, Solver};
-use bregma_volume::BRICK;
+use bregma_field::BRICK;
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
@@ -452,7 +452,7 @@ impl<'a> Field<'a> {
     /// Corner values of cells relative to the level, positive inside; corner x + 2y + 4z is at (x, y, z).
     #[inline(always)]
     pub fn corners<S: Simd>(&self, simd: S, cell: &[Ints<S>; 3], of: Mask<S>) -> [Floats<S>; 8] {
-        let f = self.source.corners(simd, self.dims, cell, of);
+        let f = self.source.corners(simd, cell, of);
         let at = |c: usize| self.sign * (f[c] - self.level);
         [at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7)]
     }

@@ -8,7 +8,7 @@ use crate::frame::FACE_COLORS;
 use crate::roots::{analytic, cubic, spline};
 use crate::scene::{CutFace, srgb};
 use crate::stability::DECIDED_VOXEL;
-use bregma_volume::BRICK;
+use bregma_field::BRICK;
 
 macro_rules! constants {
     ($($name:ident = $value:expr;)*) => {

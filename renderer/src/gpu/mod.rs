@@ -27,7 +27,7 @@ use crate::roots::{Method, Solver, Steps};
 use crate::scene::{Mode, Picture, Scene};
 use crate::tone::colored;
 use crate::{InstructionSet, RenderError, Renderer, Split};
-use bregma_volume::Volume;
+use bregma_field::Volume;
 use std::sync::{Arc, Weak};
 
 /// Blocks in one dispatch: about 0.1 s of a software driver, a few ms of a graphics card.

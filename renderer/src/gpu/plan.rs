@@ -5,11 +5,11 @@ use super::layout::{Block, Pair, Part, PixelAffinePairs, ShadeLayer, ShadeParams
 use super::pipelines::{HIT_BYTES, Pixel, filled_buffer};
 use super::shader::{Component, Reads};
 use super::{BATCH, GpuError, GpuRenderer, upload};
-use crate::clip::Half;
 use crate::frame::{Frame, FrameLayer};
 use crate::roots::{Method, Solver};
 use crate::scene::{Integrator, Mode, Normals, Scene};
 use crate::spans::BLOCK;
+use bregma_field::clip::Half;
 use std::ops::Range;
 
 /// The passes of a picture.
@@ -147,7 +147,7 @@ impl GpuRenderer {
                 (self.filtered_texture(volume)?, Reads { component: Component::F32, in_layers: false })
             }
             _ => {
-                let (component, in_layers) = (upload::kind_of(volume.samples()).1, upload::has_layers(&self.gpu, volume));
+                let (component, in_layers) = (upload::kind_of(volume).1, upload::has_layers(&self.gpu, volume));
                 (self.sample_texture(volume)?, Reads { component, in_layers })
             }
         };

@@ -7,29 +7,29 @@ use super::device::{Gpu, GpuError};
 use super::shader::Component;
 use crate::cell_masks::{CellMasks, WORDS};
 use crate::occupancy::DistanceMap;
-use bregma_volume::{Sample, Samples, Volume, with_samples};
+use bregma_field::{AnyBlock, Sample, Store, Volume, with_block};
 use wgpu::{TextureDimension, TextureFormat, TextureUsages};
 
 /// How samples are stored on the GPU: the texture's format and its component type in WGSL.
-pub(super) fn kind_of(samples: &Samples) -> (TextureFormat, Component) {
-    match samples {
-        Samples::U8(_) => (TextureFormat::R8Uint, Component::U32),
-        Samples::U16(_) => (TextureFormat::R16Uint, Component::U32),
-        Samples::I16(_) => (TextureFormat::R16Sint, Component::I32),
-        Samples::F32(_) => (TextureFormat::R32Float, Component::F32),
+pub(super) fn kind_of(volume: &Volume) -> (TextureFormat, Component) {
+    match Store::of(volume).whole() {
+        AnyBlock::U8(_) => (TextureFormat::R8Uint, Component::U32),
+        AnyBlock::U16(_) => (TextureFormat::R16Uint, Component::U32),
+        AnyBlock::I16(_) => (TextureFormat::R16Sint, Component::I32),
+        AnyBlock::F32(_) => (TextureFormat::R32Float, Component::F32),
     }
 }
 
 /// Uploads the samples of `volume`.
 pub(super) fn upload_samples(gpu: &Gpu, volume: &Volume) -> Result<wgpu::Texture, GpuError> {
-    let bytes: &[u8] = match volume.samples() {
-        Samples::U8(s) => s,
-        Samples::U16(s) => bytemuck::cast_slice(s),
-        Samples::I16(s) => bytemuck::cast_slice(s),
-        Samples::F32(s) => bytemuck::cast_slice(s),
+    let bytes: &[u8] = match Store::of(volume).whole() {
+        AnyBlock::U8(b) => b.onward([0; 3]),
+        AnyBlock::U16(b) => bytemuck::cast_slice(b.onward([0; 3])),
+        AnyBlock::I16(b) => bytemuck::cast_slice(b.onward([0; 3])),
+        AnyBlock::F32(b) => bytemuck::cast_slice(b.onward([0; 3])),
     };
     let dimension = if has_layers(gpu, volume) { TextureDimension::D2 } else { TextureDimension::D3 };
-    let shape = Shape { dims: volume.grid().dims(), dimension, format: kind_of(volume.samples()).0, usage: TextureUsages::TEXTURE_BINDING };
+    let shape = Shape { dims: volume.grid().dims(), dimension, format: kind_of(volume).0, usage: TextureUsages::TEXTURE_BINDING };
     upload(gpu, &shape, bytes)
 }
 
@@ -42,7 +42,7 @@ pub(super) fn has_layers(gpu: &Gpu, volume: &Volume) -> bool {
 
 /// Uploads the samples of `volume` as float32, which holds those of every type.
 pub(super) fn upload_as_f32(gpu: &Gpu, volume: &Volume) -> Result<wgpu::Texture, GpuError> {
-    let samples: Vec<f32> = with_samples!(volume.samples(), s => s.iter().map(|s| s.to_f32()).collect());
+    let samples: Vec<f32> = with_block!(Store::of(volume).whole(), b => b.onward([0; 3]).iter().map(|s| s.to_f32()).collect());
     upload(gpu, &Shape::of_f32(volume.grid().dims()), bytemuck::cast_slice(&samples))
 }
 

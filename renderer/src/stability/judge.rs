@@ -131,7 +131,7 @@ mod tests {
     use super::*;
     use crate::scene::{Picture, Scene};
     use crate::{Renderer, Split};
-    use bregma_volume::Volume;
+    use bregma_field::Volume;
     use std::sync::Arc;
 
     /// A machine with one answer to everything.

@@ -20,7 +20,7 @@ pub use table::{csv, markdown};
 use crate::accuracy::{Quantiles, TruthError};
 use crate::roots::Solver;
 use crate::{RenderError, Renderer};
-use bregma_volume::{Cancelled, Progress};
+use bregma_field::{Cancelled, Progress};
 use judge::Judge;
 use serde::Serialize;
 

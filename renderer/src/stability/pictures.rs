@@ -3,10 +3,9 @@
 use super::views::{Family, View};
 use super::{Of, Row, SolveSegments, StabilityError};
 use crate::accuracy::{DEPTH_TOLERANCE_VOXEL, Tally, Truth, Verdict};
-use crate::reference;
 use crate::roots::Solver;
 use crate::scene::Scene;
-use bregma_volume::Progress;
+use bregma_field::{Progress, crossings};
 use std::sync::OnceLock;
 
 /// Pixels along a side of a picture.
@@ -36,7 +35,7 @@ impl Judge {
         let entry_mm = self.truth.depth_mm(n);
         let of_ray = || {
             let ray = self.truth.ray(n);
-            let crossings = self.truth.surfaces().iter().flat_map(|s| reference::crossings(s, &ray));
+            let crossings = self.truth.surfaces().iter().flat_map(|s| crossings::crossings(s, &ray));
             crossings.map(|c| c.t_mm).filter(|&t| t > entry_mm).collect()
         };
         self.crossings[n].get_or_init(of_ray).iter().any(|t| (entry_mm + mm - t).abs() < mm.abs())

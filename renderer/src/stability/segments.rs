@@ -2,7 +2,7 @@
 
 use super::DOUBT;
 use super::random::Random;
-use crate::reference;
+use bregma_field::{crossings, interpolant};
 use glam::Vec3;
 
 /// A cell and a segment of a ray through it, in local coordinates.
@@ -20,13 +20,13 @@ impl Segment {
     /// The interpolant at u of the segment, in float64.
     pub fn value(&self, u: f64) -> f64 {
         let p = self.from.as_dvec3().lerp(self.to.as_dvec3(), u);
-        (0..8).map(|c| f64::from(self.corners[c]) * (0..3).map(|a| if c >> a & 1 == 1 { p[a] } else { 1.0 - p[a] }).product::<f64>()).sum()
+        interpolant::weighted(&self.corners.map(f64::from), p)
     }
 
     /// Every crossing with all corners raised by `shift`, in order: u, and whether it enters. One that starts inside enters at 0.
     pub(super) fn crossings(&self, shift: f64) -> Vec<(f64, bool)> {
         let corners = self.corners.map(|c| f64::from(c) + shift);
-        reference::segment_crossings(&corners, self.from.as_dvec3(), self.to.as_dvec3())
+        crossings::segment_crossings(&corners, self.from.as_dvec3(), self.to.as_dvec3())
     }
 
     /// How wrong float32 may be about a value.

@@ -1,9 +1,9 @@
 //! Families of pictures: volumes and views of them that are hard for a renderer.
 
 use super::random::Random;
-use crate::camera::{Bounds, Camera, Projection};
+use crate::camera::{Camera, Projection};
 use crate::scene::Scene;
-use bregma_volume::{Grid, Raster, Samples, Unit, Volume};
+use bregma_field::{Bounds, Grid, Raster, Samples, Unit, Volume};
 use glam::{DAffine3, DMat3, DVec3};
 use std::sync::Arc;
 

@@ -1,7 +1,7 @@
 //! Files built byte by byte, right and wrong.
 
 use super::*;
-use crate::{Grid, Raster, Samples, Unit};
+use crate::{Grid, Raster, ReadSamples, Samples, Unit};
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use glam::{DAffine3, DMat3};

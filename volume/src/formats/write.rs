@@ -55,7 +55,7 @@ pub fn whole(
     progress: &Progress,
     fill: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
 ) -> Result<(), WriteError> {
-    progress.begin(volume.samples().bytes() as u64);
+    progress.begin(volume.sample_bytes() as u64);
     let written = replace_file(path, |beside| {
         let mut out = BufWriter::with_capacity(1 << 20, File::create(beside)?);
         fill(&mut out)?;

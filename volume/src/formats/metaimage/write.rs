@@ -2,7 +2,7 @@
 
 use super::super::write::{Packed, WriteError, header_and_samples, lines, whole};
 use super::{KNOWN, UNIT};
-use crate::{Progress, Unit, Volume};
+use crate::{Progress, ReadSamples, Unit, Volume};
 use std::path::Path;
 
 /// Writes `volume` to `path`.

@@ -3,7 +3,7 @@
 
 use super::super::write::{Packed, WriteError, header_and_samples, lines, whole};
 use super::{COMMENT, INTERCEPT, SLOPE, TO_WORLD};
-use crate::{Progress, Unit, Volume};
+use crate::{Progress, ReadSamples, Unit, Volume};
 use std::path::Path;
 
 /// Bytes of the description.

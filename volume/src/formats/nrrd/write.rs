@@ -1,7 +1,7 @@
 //! Writing: one attached little-endian file, in LPS and mm. It holds all that a volume has.
 
 use super::super::write::{Packed, WriteError, header_and_samples, lines, whole};
-use crate::{Progress, Unit, Volume};
+use crate::{Progress, ReadSamples, Unit, Volume};
 use std::path::Path;
 
 /// How the samples are packed.

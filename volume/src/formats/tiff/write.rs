@@ -2,7 +2,7 @@
 
 use super::super::write::{WriteError, lines, whole};
 use super::{IMAGEJ, TO_WORLD};
-use crate::{Progress, Samples, Unit, Volume};
+use crate::{Progress, ReadSamples, Samples, Unit, Volume};
 use std::io::{self, Seek, Write};
 use std::path::Path;
 use tiff::encoder::colortype::{ColorType, Gray8, Gray16, Gray32Float, GrayI16};
@@ -14,7 +14,7 @@ const BIG: usize = 3 << 30;
 
 /// Writes `volume` to `path`. Gives sentences about what TIFF has no place for.
 pub fn write(path: &Path, volume: &Volume, progress: &Progress) -> Result<Vec<String>, WriteError> {
-    whole(path, volume, progress, |out| match volume.samples().bytes() > BIG {
+    whole(path, volume, progress, |out| match volume.sample_bytes() > BIG {
         true => all_pages(TiffEncoder::new_big(out).map_err(io::Error::other)?, volume, progress),
         false => all_pages(TiffEncoder::new(out).map_err(io::Error::other)?, volume, progress),
     })?;

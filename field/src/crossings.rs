@@ -1,13 +1,14 @@
-//! The float64 reference: every crossing of a ray and an isosurface, in order, with its certified bracket.
+//! Every crossing of a ray and an isosurface, in order, with its certified bracket, in float64: the reference.
 //!
 //! It shares nothing with the fast renderers but the definition of the surface: no bricks, no leaps, no float32, and roots
 //! isolated by Descartes' rule of signs in the Bernstein basis (Lane and Riesenfeld 1981) instead of turning points.
 //! Pictures are held to it by tests; the difference ray is it.
 
-use crate::camera::Ray;
-use crate::scene::Surface;
-use bregma_volume::{IndexPoint, Sample, WorldPoint, with_samples};
-use glam::{DAffine3, DMat3, DVec3, IVec3, USizeVec3};
+use crate::interpolant::{self, corners, gradient};
+use crate::ray::Ray;
+use crate::surface::Surface;
+use bregma_volume::{IndexPoint, WorldPoint};
+use glam::{DAffine3, DMat3, DVec3, USizeVec3};
 use serde::Serialize;
 use std::ops::ControlFlow;
 
@@ -139,13 +140,6 @@ pub fn first_wall(surface: &Surface, ray: &Ray) -> Option<[Crossing; 2]> {
     Some([wall[0]?, wall[1]?])
 }
 
-/// The outward normal of a surface at a point of index space that pictures are shaded by, in the world, unit: central differences at the
-/// samples, interpolated, so that it does not jump between cells. `None` where all samples around are equal.
-pub fn smooth_normal(surface: &Surface, point: IndexPoint) -> Option<DVec3> {
-    let gradient = with_samples!(surface.volume.samples(), samples => smooth_gradient(samples, surface.grid.dims(), point.0));
-    (surface.grid.world_to_index().matrix3.transpose() * (gradient * -f64::from(surface.sign))).try_normalize()
-}
-
 /// Every crossing of the ray (t ≥ 0), in order. Entries and exits alternate, beginning with an entry.
 pub fn crossings(surface: &Surface, ray: &Ray) -> Vec<Crossing> {
     let mut all: Vec<Crossing> = Vec::new();
@@ -167,56 +161,6 @@ pub fn crossings(surface: &Surface, ray: &Ray) -> Vec<Crossing> {
 /// True when the rounding of t cannot tell two crossings apart.
 fn is_same_point(a: &Crossing, b: &Crossing) -> bool {
     b.t_mm - a.t_mm <= 2.0 * ROUNDING * b.t_mm.abs()
-}
-
-fn corners(surface: &Surface, cell: USizeVec3) -> [f64; 8] {
-    with_samples!(surface.volume.samples(), s => corners_of(s, surface, cell))
-}
-
-fn corners_of<T: Sample>(samples: &[T], surface: &Surface, cell: USizeVec3) -> [f64; 8] {
-    let [nx, ny, _] = surface.grid.dims();
-    let base = (cell.z * ny + cell.y) * nx + cell.x;
-    let (level, sign) = (surface.level, f64::from(surface.sign));
-    [0, 1, nx, nx + 1, nx * ny, nx * ny + 1, nx * ny + nx, nx * ny + nx + 1].map(|o| sign * (samples[base + o].to_f64() - level))
-}
-
-fn mix(a: f64, b: f64, w: f64) -> f64 {
-    a * (1.0 - w) + b * w
-}
-
-fn trilinear(f: &[f64; 8], p: DVec3) -> f64 {
-    let x = [0, 2, 4, 6].map(|c| mix(f[c], f[c + 1], p.x));
-    mix(mix(x[0], x[1], p.y), mix(x[2], x[3], p.y), p.z)
-}
-
-fn gradient(f: &[f64; 8], p: DVec3) -> DVec3 {
-    let along = |axis: usize| {
-        // The difference across the axis at the four edges, interpolated in the other two.
-        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-        let edge = |a: usize, b: usize| f[a << u | b << v | 1 << axis] - f[a << u | b << v];
-        mix(mix(edge(0, 0), edge(1, 0), p[u]), mix(edge(0, 1), edge(1, 1), p[u]), p[v])
-    };
-    DVec3::new(along(0), along(1), along(2))
-}
-
-fn smooth_gradient<T: Sample>(samples: &[T], dims: [usize; 3], p: DVec3) -> DVec3 {
-    let last = IVec3::from_array(dims.map(|n| n as i32 - 1));
-    let sample = |at: IVec3| samples[(at.z as usize * dims[1] + at.y as usize) * dims[0] + at.x as usize].to_f64();
-    let cell = p.floor().as_ivec3().clamp(IVec3::ZERO, last - 1);
-    let local = (p - cell.as_dvec3()).clamp(DVec3::ZERO, DVec3::ONE);
-    let mut sum = DVec3::ZERO;
-    for corner in 0..8 {
-        let offset = IVec3::new(corner & 1, corner >> 1 & 1, corner >> 2);
-        let at = cell + offset;
-        let weight: f64 = (0..3).map(|a| if offset[a] == 1 { local[a] } else { 1.0 - local[a] }).product();
-        for axis in 0..3 {
-            let (mut down, mut up) = (at, at);
-            down[axis] = (at[axis] - 1).max(0);
-            up[axis] = (at[axis] + 1).min(last[axis]);
-            sum[axis] += weight * (sample(up) - sample(down)) / f64::from(up[axis] - down[axis]);
-        }
-    }
-    sum
 }
 
 /// Visits every crossing in order until told to stop. A tangential root is reported as `Touch`.
@@ -344,14 +288,14 @@ fn snapped(line: &IndexLine, t: f64, face: Option<Face>, cells: USizeVec3) -> DV
 /// Thrice the Bernstein coefficients of the interpolant along p → q, by its blossom: as in `roots/bernstein.rs`, but written from the
 /// definition. Thrice, since a third is no float64: so they are exact for integers of 17 bits where p and q are multiples of 1/2048.
 fn bernstein(f: &[f64; 8], p: DVec3, q: DVec3) -> [f64; 4] {
-    let at = |x: DVec3, y: DVec3, z: DVec3| trilinear(f, DVec3::new(x.x, y.y, z.z));
+    let at = |x: DVec3, y: DVec3, z: DVec3| interpolant::value(f, DVec3::new(x.x, y.y, z.z));
     [3.0 * at(p, p, p), at(q, p, p) + at(p, q, p) + at(p, p, q), at(q, q, p) + at(q, p, q) + at(p, q, q), 3.0 * at(q, q, q)]
 }
 
 /// Every crossing of a segment of a cell with the given corner values (corner x + 2y + 4z at (x, y, z); inside is ≥ 0), in order: u in
 /// [0, 1], and whether it enters. Starting inside counts as entering at 0, ending inside not as leaving; a touch enters and leaves at
 /// one u.
-pub(crate) fn segment_crossings(corners: &[f64; 8], from: DVec3, to: DVec3) -> Vec<(f64, bool)> {
+pub fn segment_crossings(corners: &[f64; 8], from: DVec3, to: DVec3) -> Vec<(f64, bool)> {
     let b = bernstein(corners, from, to);
     let mut crossings = if b[0] >= 0.0 { vec![(0.0, true)] } else { vec![] };
     for root in roots(b, 0.0) {

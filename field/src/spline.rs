@@ -1,22 +1,24 @@
 //! The tricubic B-spline through a scan's samples, by its coefficients: another reconstruction than the trilinear interpolant, smooth to its
 //! second derivatives (Sigg and Hadwiger 2005; the filter of Unser 1999).
 
-use bregma_volume::{Raster, Sample, Samples, Volume, with_samples};
+use crate::store::Store;
+use crate::with_block;
+use bregma_volume::{Raster, Sample, Samples, Volume};
 use rayon::prelude::*;
 
 /// The pole of the filter that turns samples into coefficients of cubic B-splines: √3 − 2.
 const POLE: f64 = -0.267_949_192_431_122_7;
 /// Samples farther from 0 have no spline in float32: its coefficients are up to 27 times as large, which a volume takes for no numbers.
-pub(crate) const MOST_SAMPLE: f64 = 1e35;
+pub const MOST_SAMPLE: f64 = 1e35;
 /// Samples that a filter's first value still depends on: the pole to this power is below float32's last place.
 const REACH: usize = 16;
 
 /// The coefficients of the cubic B-spline that passes through all samples of a volume, as a volume of the same grid and units. Beyond the
 /// grid samples are taken to repeat in reverse, beginning with the last one, and so do coefficients: the nearest one stands for the one
 /// beyond, which is what a renderer reads there.
-pub(crate) fn coefficients(volume: &Volume) -> Volume {
+pub fn coefficients(volume: &Volume) -> Volume {
     let dims = volume.grid().dims();
-    let mut values: Vec<f32> = with_samples!(volume.samples(), s => s.par_iter().map(|s| s.to_f32()).collect());
+    let mut values: Vec<f32> = with_block!(Store::of(volume).whole(), b => b.onward([0; 3]).par_iter().map(|s| s.to_f32()).collect());
     let [nx, ny, nz] = dims;
     values.par_chunks_mut(nx).for_each(|row| filter(row, nx, 1));
     values.par_chunks_mut(nx * ny).for_each(|slice| filter(slice, ny, nx));
@@ -73,7 +75,7 @@ fn in_pieces(row: &mut [f32], beside: &[f32], each: impl Fn(&mut f32, f32) + Syn
 
 /// For each sample the coefficient nearest to the inside, by `sign`, of those up to one sample away along each axis. The corners of a cell
 /// then have what is nearest to the inside of all that its spline is made of: where they are outside, so is the spline.
-pub(crate) fn hull(coefficients: &[f32], dims: [usize; 3], sign: f32) -> Vec<f32> {
+pub fn hull(coefficients: &[f32], dims: [usize; 3], sign: f32) -> Vec<f32> {
     let [nx, ny, nz] = dims;
     let nearer = |a: f32, b: f32| if sign * b > sign * a { b } else { a };
     let around = |n: usize, count: usize| n.saturating_sub(1)..(n + 2).min(count);
@@ -98,8 +100,8 @@ pub(crate) fn hull(coefficients: &[f32], dims: [usize; 3], sign: f32) -> Vec<f32
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stability::Random;
-    use bregma_volume::{Grid, Unit};
+    use bregma_synthetic::Random;
+    use bregma_volume::{Grid, ReadSamples, Unit};
 
     fn volume(dims: [usize; 3], samples: Samples) -> Volume {
         let grid = Grid::new(dims, glam::DVec3::ONE, glam::DVec3::ZERO, glam::DMat3::IDENTITY).unwrap();
@@ -134,7 +136,7 @@ mod tests {
         // Fails if a neighbour or a border is left out: a hole in the surface.
         let mut random = Random(13);
         let dims = [6, 5, 4];
-        let c: Vec<f32> = (0..120).map(|_| random.unit()).collect();
+        let c: Vec<f32> = (0..120).map(|_| random.unit() as f32).collect();
         for sign in [1.0, -1.0] {
             let hull = hull(&c, dims, sign);
             for (n, found) in hull.iter().enumerate() {

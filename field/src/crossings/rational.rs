@@ -4,7 +4,7 @@
 //! must be those of the cubic itself, contacts and ties included.
 
 use super::*;
-use crate::stability::Random;
+use bregma_synthetic::Random;
 use bregma_volume::{Grid, Raster, Samples, Unit, Volume};
 use num_bigint::BigInt;
 use num_rational::BigRational;
@@ -370,7 +370,7 @@ fn unit(n: u64) -> f64 {
 
 /// An integer from `low` to `high`.
 fn integer(r: &mut Random, low: i32, high: i32) -> f64 {
-    f64::from(low) + (f64::from(r.unit()) * f64::from(high - low + 1)).floor()
+    f64::from(low) + (r.unit() * f64::from(high - low + 1)).floor()
 }
 
 fn corners(r: &mut Random, size: i32) -> [f64; 8] {

@@ -100,28 +100,35 @@ impl Clip {
 
 /// One side of a plane: normal·p ≤ offset; the normal is unit.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Half {
+pub struct Half {
+    /// Toward what is cut away; unit.
     pub normal: DVec3,
+    /// How far the plane lies along it from the origin.
     pub offset_mm: f64,
 }
 
 /// The inside of a cylinder: how far p is from its axis along two directions across it, each as a normal and an offset, is at most the radius.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Tube {
+pub struct Tube {
+    /// The two directions, at right angles.
     pub across: [Half; 2],
+    /// Its radius.
     pub radius_mm: f64,
 }
 
 /// What the cuts leave of one volume, in the world.
 #[derive(Clone, Debug, Default)]
 pub struct Region {
-    pub(crate) halves: Vec<Half>,
-    pub(crate) tubes: Vec<Tube>,
+    /// Half-spaces.
+    pub halves: Vec<Half>,
+    /// Cylinders.
+    pub tubes: Vec<Tube>,
 }
 
 /// Where a line comes to what is kept or leaves it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct End {
+pub struct End {
+    /// Where on the line.
     pub s: f64,
     /// Of the cut there, outward, unit; none where the line itself begins or ends.
     pub normal: Option<DVec3>,
@@ -160,7 +167,7 @@ impl Region {
     }
 
     /// Where the line `origin + s·direction` is within, for s from `from` to `to`: the first is not the smaller where it is not.
-    pub(crate) fn interval(&self, origin: DVec3, direction: DVec3, [from, to]: [f64; 2]) -> [End; 2] {
+    pub fn interval(&self, origin: DVec3, direction: DVec3, [from, to]: [f64; 2]) -> [End; 2] {
         let mut ends = [from, to].map(|s| End { s, normal: None });
         for half in &self.halves {
             let (rate, room) = (half.normal.dot(direction), half.offset_mm - half.normal.dot(origin));

@@ -1,0 +1,52 @@
+//! An isosurface of a scan, where it lies in the world.
+
+use crate::clip::{Clip, Region};
+use bregma_volume::{Grid, GridError, Volume};
+use glam::DAffine3;
+use std::sync::Arc;
+
+/// What is measured of a volume: nothing of it is only a way of looking.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measured {
+    /// The isovalue, in the volume's values.
+    pub iso: f64,
+    /// Registration: moves the volume in the world (mm to mm), after its own grid.
+    pub transform: DAffine3,
+    /// Root mean square distance that the registration leaves between landmarks, mm, where it is known.
+    pub residual_mm: Option<f64>,
+    /// Whether it is measured at all.
+    pub visible: bool,
+}
+
+/// A volume and where it is put: what every tracer takes.
+#[derive(Clone, Debug)]
+pub struct Surface {
+    /// The scan.
+    pub volume: Arc<Volume>,
+    /// Its grid, moved by the layer's transform.
+    pub grid: Grid,
+    /// The isovalue in sample units. Pictures subtract it as float32, measurements as it is. A level outside the samples' range stays
+    /// within a range's width of it, since where it lies there makes no difference, and numbers stay finite.
+    pub level: f64,
+    /// 1 when larger samples are inside the bone, −1 when a negative slope turns that round.
+    pub sign: f32,
+    /// What cuts leave of it; it is closed there.
+    pub region: Region,
+}
+
+impl Surface {
+    /// The isosurface of `volume` at the value `iso`, moved by `transform`.
+    pub fn new(volume: &Arc<Volume>, iso: f64, transform: DAffine3) -> Result<Self, GridError> {
+        let grid = volume.grid().moved(transform)?;
+        let sign = if volume.slope() < 0.0 { -1.0 } else { 1.0 };
+        let [low, high] = volume.histogram().range;
+        let beyond = high - low + 1.0;
+        let level = volume.sample_of(iso).clamp(low - beyond, high + beyond);
+        Ok(Self { grid, level, sign, volume: Arc::clone(volume), region: Region::default() })
+    }
+
+    /// What `clips` leave of it, as the layer of number `index`.
+    pub fn cut(self, clips: &[Clip], index: usize) -> Self {
+        Self { region: Region::of(clips, index), ..self }
+    }
+}
