@@ -2,8 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use bregma::input::Opened;
 use bregma_renderer::{CpuRenderer, GpuRenderer, Picture, Renderer, Solver, reference};
+use bregma_session::Opened;
 use bregma_volume::Progress;
 
 /// What a solver made of a picture, against the reference.

@@ -1,10 +1,10 @@
 //! Scans on their way in, and what has to be asked before they can be read.
 
 use super::job::Job;
-use super::layers::line;
 use super::series::Choice;
-use crate::input::{DEMO_SIZE, InputError, Opened, Source, without_spacing};
+use super::widgets::line;
 use bregma_renderer::Mode;
+use bregma_session::{DEMO_SIZE, InputError, Opened, Source, without_spacing};
 use bregma_volume::Progress;
 use bregma_volume::formats::{ReadError, Reduce, Uneven};
 use egui::{Context, DragValue, Ui};

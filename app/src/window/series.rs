@@ -1,6 +1,6 @@
 //! Which of the series in a folder or zip is meant.
 
-use crate::input::Source;
+use bregma_session::Source;
 use bregma_volume::Progress;
 use bregma_volume::formats::{self, Series};
 use egui::{ScrollArea, Ui};
