@@ -29,9 +29,8 @@ pub struct RecordedRay {
     /// Its colour in the picture.
     #[serde(default, skip_serializing_if = "Option::is_none", with = "hex")]
     pub color: Option<Color>,
-    /// What it was measured by and on; the built-in pair has no files to name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub made_by: Option<Origin>,
+    made_by: Option<MadeBy>,
     ray: Line,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     volumes: Option<Vec<RecordedVolume>>,
@@ -57,6 +56,15 @@ struct RecordedSegment {
     length_mm: Option<f64>,
     #[serde(flatten)]
     rest: Map<String, Value>,
+}
+
+/// What is written of an [`Origin`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+enum MadeBy {
+    Known(Origin),
+    /// In a way that this version does not know: the ray can be shown, but not verified.
+    Other(Value),
 }
 
 /// What measurements were made by and from.
@@ -88,11 +96,19 @@ impl Measurement {
     pub fn of_ray(found: &DifferenceRay, named: Option<(&str, Color)>, made_by: Option<&Origin>) -> Self {
         let found: RecordedRay = serde_json::from_value(json!(found)).expect("a difference ray has all that a recorded one has");
         let (name, color) = named.map_or((None, None), |(name, color)| (Some(name.to_owned()), Some(color)));
-        Self::Ray(Box::new(RecordedRay { name, color, made_by: made_by.cloned(), ..found }))
+        Self::Ray(Box::new(RecordedRay { name, color, made_by: made_by.cloned().map(MadeBy::Known), ..found }))
     }
 }
 
 impl RecordedRay {
+    /// What it was measured by and on. The built-in pair has no files to name.
+    pub fn made_by(&self) -> Option<&Origin> {
+        match self.made_by.as_ref()? {
+            MadeBy::Known(origin) => Some(origin),
+            MadeBy::Other(_) => None,
+        }
+    }
+
     /// Where it lies; `None` where its numbers are none of a ray.
     pub fn ray(&self) -> Option<Ray> {
         // The direction is unit but for rounding, which normalising again would change.
@@ -154,6 +170,10 @@ mod tests {
         assert!(matches!(&read, Measurement::Ray(ray) if ray.ray().is_some() && ray.lengths_mm()[0].len() == 2));
         let plain: Value = serde_json::from_str(&ray).unwrap();
         assert_eq!(read.to_string(), plain.to_string());
+        let odd = r#"{"made_by":"another program","ray":{"direction":[0.0,1.0,0.0],"origin_mm":[0.0,0.0,0.0]}}"#;
+        let read: Measurement = serde_json::from_str(odd).unwrap();
+        assert!(matches!(&read, Measurement::Ray(ray) if ray.ray().is_some() && ray.made_by().is_none()));
+        assert_eq!(read.to_string(), odd);
         for unknown in [r#"{"area_mm2":1.25,"kind":"islands"}"#, r#"{"name":"no ray","ray":{"origin_mm":[0.0,1.0]}}"#, "[1,\"x\"]"] {
             let read: Measurement = serde_json::from_str(unknown).unwrap();
             assert!(matches!(read, Measurement::Other(_)));

@@ -14,6 +14,19 @@ pub struct OutputError {
     reason: io::Error,
 }
 
+/// A folder that could not be made.
+#[derive(Debug, Error)]
+#[error("{}: cannot be made ({reason}); choose another folder", folder.display())]
+pub struct FolderError {
+    folder: PathBuf,
+    reason: io::Error,
+}
+
+/// Makes a folder for outputs, and those that it lies in, if they are not there.
+pub fn make_folder(folder: &Path) -> Result<(), FolderError> {
+    std::fs::create_dir_all(folder).map_err(|reason| FolderError { folder: folder.to_owned(), reason })
+}
+
 /// Writes `bytes` to `file`.
 pub fn write_whole(file: &Path, bytes: &[u8]) -> Result<(), OutputError> {
     let written = replace_file(file, |beside| std::fs::write(beside, bytes));

@@ -156,7 +156,7 @@ impl Verifier {
         let unnamed = || format!("ray {n}");
         let Measurement::Ray(recorded) = measurement else { return Err(VerifyError::NoOrigin(unnamed())) };
         let name = recorded.name.clone().unwrap_or_else(unnamed);
-        let origin = recorded.made_by.as_ref().ok_or_else(|| VerifyError::NoOrigin(name.clone()))?;
+        let origin = recorded.made_by().ok_or_else(|| VerifyError::NoOrigin(name.clone()))?;
         let ray = recorded.ray().ok_or_else(|| VerifyError::NoRay(name.clone()))?;
         let opened = self.open(origin, folder)?;
         let mut notes = vec![];

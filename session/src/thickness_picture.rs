@@ -1,6 +1,6 @@
 //! A map of thickness as a picture: the surface in the colours of its values, with a legend.
 
-use crate::chart::plot::{FONT, fonts};
+use crate::chart::fonts::{FONT, fonts};
 use bregma_measure::mesh::Mesh;
 use bregma_measure::thickness::{Statistics, cell_at};
 use bregma_renderer::{Light, Picture, Reconstruction, Scene, Surface};

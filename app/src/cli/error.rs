@@ -4,7 +4,7 @@ use bregma_renderer::RenderError;
 use bregma_renderer::stability::StabilityError;
 use bregma_session::InputError;
 use bregma_session::chart::ChartError;
-use bregma_session::output::OutputError;
+use bregma_session::output::{FolderError, OutputError};
 use bregma_session::presets::PresetError;
 use bregma_session::record::{RecordError, VerifyError};
 use bregma_volume::GridError;
@@ -52,13 +52,8 @@ pub enum CommandError {
         reason: String,
     },
     /// A folder for outputs that cannot be made.
-    #[error("{}: cannot be made ({reason}); choose another folder", folder.display())]
-    Folder {
-        /// The folder.
-        folder: PathBuf,
-        /// What the system says.
-        reason: io::Error,
-    },
+    #[error(transparent)]
+    Folder(#[from] FolderError),
     /// A scan on which no length is known.
     #[error("{0}: it states no spacing, so no length on it is known in mm; pass --spacing X,Y,Z")]
     NoSpacing(String),

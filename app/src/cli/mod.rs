@@ -4,17 +4,19 @@ mod args;
 mod commands;
 mod error;
 mod look;
+mod opening;
 mod parsers;
 mod sources;
+mod terminal;
 
 use crate::window::{self, Start};
 use args::{Cli, Command, Common};
 use bregma_session::{DEMO_SIZE, Source};
 use clap::Parser;
-use commands::tell;
 use error::CommandError;
 use std::path::Path;
 use std::process::ExitCode;
+use terminal::tell;
 
 /// Does what the command line says. Fails with status 2 if it says what cannot be, else with 1.
 pub fn main() -> ExitCode {

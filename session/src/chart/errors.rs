@@ -1,6 +1,6 @@
 //! A picture of errors: how far each pixel's depth is from the truth, in false colours; what was missed or invented is marked.
 
-use super::plot::{FONT, fonts};
+use super::fonts::{FONT, fonts};
 use bregma_renderer::accuracy::Verdict;
 use plotters::prelude::*;
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};

@@ -3,6 +3,7 @@
 //! The chart is a value: the command line writes it ([`table`], [`plot`]), the window shows it and lets points be clicked.
 
 pub mod errors;
+pub(crate) mod fonts;
 pub mod integrals;
 pub mod normals;
 pub mod plot;
@@ -164,6 +165,36 @@ struct Run {
     errors: Vec<[u8; 3]>,
 }
 
+/// One frame of each run: judged where there is a `truth`, else timed.
+fn draw_in_turn(
+    runs: &mut [Run],
+    volumes: &[Arc<Volume>],
+    scene: &mut Scene,
+    [width, height]: [u32; 2],
+    machines: &mut [Box<dyn Renderer>],
+    truth: Option<&Truth>,
+    progress: &Progress,
+) -> Result<(), ChartError> {
+    let mut last_machine = None;
+    for run in runs {
+        let renderer = &mut machines[run.machine];
+        scene.solver = run.solver;
+        // Whose turn comes after another machine's finds caches and threads cold: a frame that is not timed warms them.
+        if last_machine.replace(run.machine) != Some(run.machine) {
+            renderer.render(volumes, scene, width, height)?;
+        }
+        let begun = Instant::now();
+        let picture = renderer.render(volumes, scene, width, height)?;
+        let millis = begun.elapsed().as_secs_f64() * 1e3;
+        match truth {
+            Some(truth) => run.judge(truth, &picture),
+            None => run.millis.push(millis),
+        }
+        progress.advance(PICTURE_ROWS)?;
+    }
+    Ok(())
+}
+
 /// Rows of truth that take about as long as a picture and its judgement.
 const PICTURE_ROWS: u64 = 64;
 
@@ -191,24 +222,8 @@ impl Chart {
             let truth = Truth::of(volumes, &scene, width, height, progress)?;
             // The first round compiles, uploads and is judged; it is not timed.
             for round in 0..=plan.rounds {
-                let mut last_machine = None;
-                for run in &mut runs {
-                    let renderer = &mut machines[run.machine];
-                    scene.solver = run.solver;
-                    // Whose turn comes after another machine's finds caches and threads cold: a frame that is not timed warms them.
-                    if last_machine.replace(run.machine) != Some(run.machine) {
-                        renderer.render(volumes, &scene, width, height)?;
-                    }
-                    let begun = Instant::now();
-                    let picture = renderer.render(volumes, &scene, width, height)?;
-                    let millis = begun.elapsed().as_secs_f64() * 1e3;
-                    if round > 0 {
-                        run.millis.push(millis);
-                    } else {
-                        run.judge(&truth, &picture);
-                    }
-                    progress.advance(PICTURE_ROWS)?;
-                }
+                let truth = (round == 0).then_some(&truth);
+                draw_in_turn(&mut runs, volumes, &mut scene, plan.size, machines, truth, progress)?;
             }
         }
         if runs.iter().all(|run| run.tally.counts.hits == 0) {

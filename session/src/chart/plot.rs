@@ -1,18 +1,16 @@
 //! The chart as a figure for print: log–log, fronts drawn, every point named; colours by Okabe and Ito (2008), which the colour-blind
 //! tell apart, and never colour alone.
 
+use super::fonts::{FONT, PNG_SCALE, fonts};
 use super::{Chart, Measure, Point};
 use bregma_renderer::{Backend, Solver};
 use plotters::coord::Shift;
 use plotters::prelude::*;
-use plotters::style::{FontStyle, RGBColor, register_font};
+use plotters::style::RGBColor;
 use std::error::Error;
-use std::sync::Once;
 
 /// Width and height of the figure, in its own units.
 pub const SIZE: (u32, u32) = (1500, 720);
-/// Pixels of the PNG for each unit: 300 dots an inch at 25 cm.
-pub(crate) const PNG_SCALE: u32 = 2;
 
 /// The figure as SVG.
 pub fn svg(chart: &Chart) -> Result<String, Box<dyn Error>> {
@@ -30,15 +28,6 @@ pub fn pixels(chart: &Chart) -> Result<(Vec<u8>, u32, u32), Box<dyn Error>> {
     draw(&BitMapBackend::with_buffer(&mut rgb, (width, height)).into_drawing_area(), chart, PNG_SCALE as i32)?;
     Ok((rgb, width, height))
 }
-
-/// Pictures have no fonts of their own: they borrow the window's.
-pub(crate) fn fonts() {
-    static ONCE: Once = Once::new();
-    // Fails only for bytes that are no font.
-    ONCE.call_once(|| drop(register_font(FONT, FontStyle::Normal, epaint_default_fonts::UBUNTU_LIGHT)));
-}
-
-pub(crate) const FONT: &str = "sans-serif";
 
 /// The colour of a family of solvers (Okabe and Ito 2008).
 pub fn color(solver: Solver) -> [u8; 3] {

@@ -1,6 +1,6 @@
 //! A figure of a few methods on each backend: how far off each is, against the time of a frame.
 
-use super::plot::{FONT, PNG_SCALE, fonts};
+use super::fonts::{FONT, PNG_SCALE, fonts};
 use bregma_renderer::Backend;
 use plotters::prelude::*;
 use std::error::Error;

@@ -1,11 +1,12 @@
 //! `bregma bench`: how long the frames of the orbit take.
 
-use super::{open, print, set_isovalues, warn};
 use crate::cli::args::BenchArgs;
 use crate::cli::error::CommandError;
-use bregma_renderer::{Backend, Mode, Reconstruction, Scene, Solver};
-use bregma_session::Machine;
+use crate::cli::opening::{open, set_isovalues};
+use crate::cli::terminal::{print, warn};
+use bregma_renderer::{Backend, Mode, Reconstruction, Renderer, Scene, Solver};
 use bregma_session::chart::orbit;
+use bregma_session::{Machine, Opened};
 use serde::Serialize;
 use std::time::Instant;
 
@@ -42,7 +43,26 @@ pub fn bench(args: &BenchArgs, machine: Machine) -> Result<(), CommandError> {
     set_isovalues(&mut opened, &args.isovalues)?;
     warn(&args.look.idle(&opened.scene));
     opened.scene.solver = args.solver;
-    let mut renderer = machine.renderer()?;
+    let record = measure(&opened, args, machine.renderer()?.as_mut())?;
+    if args.json {
+        return print(&(serde_json::to_string(&record).expect("the record has only numbers, texts and lists") + "\n"));
+    }
+    print(&format!(
+        "{}\n  first frame      {:8.1} ms\n  median           {:8.1} ms of {} frames of {}×{}\n  95th percentile  {:8.1} ms\n  isovalue change  {:8.1} ms\n  rays             {:8.2} million a second\n  memory           {:8.1} MiB\n",
+        record.adapter,
+        record.first_frame_ms,
+        record.median_ms,
+        record.frames,
+        record.size,
+        record.size,
+        record.p95_ms,
+        record.isovalue_change_ms,
+        record.rays_per_s / 1e6,
+        record.memory_bytes as f64 / f64::from(1 << 20),
+    ))
+}
+
+fn measure(opened: &Opened, args: &BenchArgs, renderer: &mut dyn Renderer) -> Result<Record, CommandError> {
     let (backend, adapter) = (renderer.backend(), renderer.name());
     let cameras = orbit(&opened.bounds(), args.frames);
     let mut timed = |scene: &Scene| -> Result<f64, CommandError> {
@@ -68,7 +88,7 @@ pub fn bench(args: &BenchArgs, machine: Machine) -> Result<(), CommandError> {
     frames.sort_by(f64::total_cmp);
     let at = |part: f64| frames[((frames.len() - 1) as f64 * part).round() as usize];
     let median_ms = at(0.5);
-    let record = Record {
+    Ok(Record {
         backend,
         adapter,
         threads: rayon::current_num_threads(),
@@ -86,21 +106,5 @@ pub fn bench(args: &BenchArgs, machine: Machine) -> Result<(), CommandError> {
         isovalue_change_ms,
         rays_per_s: f64::from(args.size).powi(2) / (median_ms / 1e3),
         memory_bytes: opened.volumes.iter().map(|v| v.samples().bytes() + v.index_bytes()).sum::<usize>() + renderer.bytes(),
-    };
-    if args.json {
-        return print(&(serde_json::to_string(&record).expect("the record has only numbers, texts and lists") + "\n"));
-    }
-    print(&format!(
-        "{}\n  first frame      {:8.1} ms\n  median           {:8.1} ms of {} frames of {}×{}\n  95th percentile  {:8.1} ms\n  isovalue change  {:8.1} ms\n  rays             {:8.2} million a second\n  memory           {:8.1} MiB\n",
-        record.adapter,
-        record.first_frame_ms,
-        record.median_ms,
-        record.frames,
-        record.size,
-        record.size,
-        record.p95_ms,
-        record.isovalue_change_ms,
-        record.rays_per_s / 1e6,
-        record.memory_bytes as f64 / f64::from(1 << 20),
-    ))
+    })
 }

@@ -1,11 +1,12 @@
 //! `bregma chart`: speed against accuracy of every solver.
 
-use super::{make_folder, open, print, with_progress};
 use crate::cli::args::ChartArgs;
 use crate::cli::error::CommandError;
 use crate::cli::look::set_each;
+use crate::cli::opening::open;
+use crate::cli::terminal::{print, with_progress};
 use bregma_session::chart::{Chart, Plan, errors, integrals, normals, orbit, plot, table};
-use bregma_session::output::{write_figure, write_whole};
+use bregma_session::output::{make_folder, write_figure, write_whole};
 use bregma_session::{DEMO_SIZE, Machine, Opened};
 
 /// Measures every solver over the orbit and writes chart.csv, chart.svg, chart.png and errors/SOLVER-BACKEND.png; and the integrators of direct

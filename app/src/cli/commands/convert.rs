@@ -1,8 +1,8 @@
 //! `bregma convert`: a scan in another form.
 
-use super::{warn, with_progress};
 use crate::cli::args::ConvertArgs;
 use crate::cli::error::CommandError;
+use crate::cli::terminal::{warn, with_progress};
 use bregma_session::{InputError, Source};
 use bregma_volume::formats;
 

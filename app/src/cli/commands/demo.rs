@@ -1,11 +1,11 @@
 //! `bregma demo`: the synthetic pair as files, with a session, pictures and a probe.
 
-use super::{make_folder, print, with_progress};
 use crate::cli::args::DemoArgs;
 use crate::cli::error::CommandError;
+use crate::cli::terminal::{print, with_progress};
 use bregma_measure::export;
 use bregma_renderer::{Camera, Mode, Ray};
-use bregma_session::output::{write_png, write_whole};
+use bregma_session::output::{make_folder, write_png, write_whole};
 use bregma_session::{Machine, Opened, Session, Source};
 use bregma_volume::WorldPoint;
 use bregma_volume::formats::nrrd::{self, Compression};

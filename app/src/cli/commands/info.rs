@@ -1,8 +1,8 @@
 //! `bregma info`: what a scan is.
 
-use super::{print, warn, with_progress};
 use crate::cli::args::InfoArgs;
 use crate::cli::error::CommandError;
+use crate::cli::terminal::{print, warn, with_progress};
 use bregma_measure::export::suffix;
 use bregma_session::{InputError, scans};
 use bregma_volume::formats::{Scan, Survey};

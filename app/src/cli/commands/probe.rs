@@ -1,8 +1,9 @@
 //! `bregma probe`: the difference ray, one or many.
 
-use super::{open, print, require_spacing, with_progress};
 use crate::cli::args::{ProbeArgs, ProbeFormat};
 use crate::cli::error::CommandError;
+use crate::cli::opening::{open, require_spacing};
+use crate::cli::terminal::{print, with_progress};
 use bregma_measure::{DifferenceRay, export};
 use bregma_renderer::Ray;
 use bregma_session::record::measure;

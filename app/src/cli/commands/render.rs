@@ -1,8 +1,9 @@
 //! `bregma render`: one picture.
 
-use super::{open, require_spacing, set_isovalues, warn};
 use crate::cli::args::{CameraArgs, RenderArgs};
 use crate::cli::error::CommandError;
+use crate::cli::opening::{open, require_spacing, set_isovalues};
+use crate::cli::terminal::warn;
 use bregma_renderer::{Camera, FOV_DEG, Projection};
 use bregma_session::output::{write_depth, write_png, write_values, write_volume_id};
 use bregma_session::{Compare, Machine, Opened};

@@ -1,12 +1,12 @@
 //! `bregma stability`: where solvers fail.
 
-use super::{make_folder, print, with_progress};
 use crate::cli::args::StabilityArgs;
 use crate::cli::error::CommandError;
+use crate::cli::terminal::{print, with_progress};
 use bregma_renderer::CpuRenderer;
 use bregma_renderer::stability::{self, SolveSegments};
 use bregma_session::Machine;
-use bregma_session::output::write_whole;
+use bregma_session::output::{make_folder, write_whole};
 
 /// Judges every solver over the hard families and writes the tables. The GPU is judged too where there is one, even a software driver,
 /// unless `--backend cpu` leaves it out.

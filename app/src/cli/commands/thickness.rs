@@ -1,13 +1,14 @@
 //! `bregma thickness`: how thick the bone is, over the whole surface.
 
 use super::render::camera;
-use super::{make_folder, open, print, require_spacing, with_progress};
 use crate::cli::args::ThicknessArgs;
 use crate::cli::error::CommandError;
+use crate::cli::opening::{open, require_spacing};
+use crate::cli::terminal::{print, with_progress};
 use bregma_measure::export;
 use bregma_measure::thickness::Statistics;
 use bregma_session::Machine;
-use bregma_session::output::{write_figure, write_whole};
+use bregma_session::output::{make_folder, write_figure, write_whole};
 use bregma_session::thickness::{Map, MapError, Order, ThicknessMethod};
 use bregma_session::thickness_picture::{Scale, figure, paint, white};
 use glam::DVec3;

@@ -1,8 +1,8 @@
 //! `bregma verify`: whether recorded measurements still hold.
 
-use super::{print, warn};
 use crate::cli::args::VerifyArgs;
 use crate::cli::error::CommandError;
+use crate::cli::terminal::{print, warn};
 use bregma_session::record::{Verdict, Verifier, read};
 use std::path::Path;
 
