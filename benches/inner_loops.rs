@@ -1,8 +1,8 @@
 //! What the frames are made of, timed by itself: `cargo bench -p bregma-tests` (name a part of a bench's path to run only that).
 
-use bregma::input::Opened;
 use bregma_renderer::stability::{Segment, SolveSegments};
 use bregma_renderer::{CpuRenderer, DistanceMap, Renderer, Solver};
+use bregma_session::Opened;
 use bregma_tests::Random;
 use bregma_volume::{Progress, RangeBricks, ReadSamples, with_samples};
 use divan::counter::ItemsCount;

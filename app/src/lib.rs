@@ -1,13 +1,4 @@
-//! The workstation: a window and a command line over the libraries of this workspace.
+//! The workstation: a window and a command line over the workbench of `bregma-session`.
 
-pub mod args;
-pub mod chart;
-pub mod commands;
-pub mod compare;
-pub mod input;
-pub mod look;
-pub mod output;
-pub mod presets;
-pub mod record;
-pub mod thickness;
+pub mod cli;
 pub mod window;

@@ -1,9 +1,18 @@
 //! Measurements as files: difference rays as a table to read, CSV for statistics, 3D Slicer markups; maps as CSV and PLY.
 
 use crate::mesh::Mesh;
-use crate::probe::{DifferenceRay, Segment};
+use crate::probe::{DifferenceRay, Segment, VolumeRecord};
+use bregma_field::Unit;
 use serde_json::{Value, json};
 use std::fmt::Write;
+
+/// What stands behind a number of this unit.
+pub fn suffix(unit: Unit) -> &'static str {
+    match unit {
+        Unit::Hounsfield => " HU",
+        Unit::Value => "",
+    }
+}
 
 /// A table for people: for each volume its crossings and segments, then the ledger.
 pub fn table(d: &DifferenceRay) -> String {
@@ -13,10 +22,7 @@ pub fn table(d: &DifferenceRay) -> String {
     // Writing to a String cannot fail.
     let mut line = |text: std::fmt::Arguments<'_>| out.write_fmt(text).and_then(|()| out.write_char('\n')).unwrap_or_default();
     for v in &d.volumes {
-        let unit = match v.unit {
-            bregma_field::Unit::Hounsfield => " HU",
-            bregma_field::Unit::Value => "",
-        };
+        let unit = suffix(v.unit);
         line(format_args!("\n{}, isovalue {} ± {:.1}{unit}; 95 % of lengths lie within their ± mm", v.name, v.iso, v.iso_tolerance));
         let Some([first, last]) = v.box_mm else {
             line(format_args!("  the ray misses this scan"));
@@ -73,44 +79,65 @@ pub fn flags(s: &Segment) -> String {
     format!("{clipped}{inside}{thin}")
 }
 
-/// The columns of [`csv_rows`].
-pub const CSV_HEADER: &str = "ray,volume,segment,iso,from_mm,to_mm,length_mm,error_mm,root_error_mm,threshold_error_mm,noise_error_mm,sampling_error_mm,blur_error_mm,registration_error_mm,obliquity_from_deg,obliquity_to_deg,half_maximum_mm,resolution_mm,iso_tolerance,clipped,from_origin,below_resolution";
+/// Generates the columns of difference rays as CSV from one list of names and values: the header, and the row of one segment.
+macro_rules! columns {
+    (($ray:ident, $volume:ident, $n:ident, $segment:ident) $first:literal: $value:expr, $($name:literal: $other:expr,)*) => {
+        /// The columns of [`csv_rows`].
+        pub const CSV_HEADER: &str = concat!($first, $(",", $name),*);
+
+        /// Segment `n`, counted from 0, of what the ray with number `ray` found in a volume.
+        fn csv_row($ray: usize, $volume: &VolumeRecord, $n: usize, $segment: &Segment) -> String {
+            [$value.to_string(), $($other.to_string()),*].join(",") + "\n"
+        }
+    };
+}
+
+columns! {
+    (ray, v, n, s)
+    "ray": ray,
+    "volume": quoted(&v.name),
+    "segment": n + 1,
+    "iso": v.iso,
+    "from_mm": s.from_mm,
+    "to_mm": s.to_mm,
+    "length_mm": s.length_mm,
+    "error_mm": s.uncertainty.error_mm,
+    "root_error_mm": s.uncertainty.root_error_mm,
+    "threshold_error_mm": s.uncertainty.threshold_error_mm,
+    "noise_error_mm": s.uncertainty.noise_error_mm,
+    "sampling_error_mm": s.uncertainty.sampling_error_mm,
+    "blur_error_mm": s.uncertainty.blur_error_mm,
+    "registration_error_mm": known(s.uncertainty.registration_error_mm),
+    "obliquity_from_deg": s.obliquity_deg[0],
+    "obliquity_to_deg": s.obliquity_deg[1],
+    "half_maximum_mm": known(s.half_maximum_mm),
+    "resolution_mm": s.resolution_mm,
+    "iso_tolerance": v.iso_tolerance,
+    "clipped": s.clipped,
+    "from_origin": s.from_origin,
+    "below_resolution": s.below_resolution,
+}
+
+/// A name that cannot break a field.
+fn quoted(name: &str) -> String {
+    if name.contains([',', '"', '\n']) { format!("\"{}\"", name.replace('"', "\"\"")) } else { name.to_owned() }
+}
+
+/// A number, or nothing where there is none.
+fn known(number: Option<f64>) -> String {
+    number.map_or(String::new(), |number| number.to_string())
+}
 
 /// One row for each bone segment of the ray with number `ray`.
 pub fn csv_rows(ray: usize, d: &DifferenceRay) -> String {
-    let quoted = |name: &str| if name.contains([',', '"', '\n']) { format!("\"{}\"", name.replace('"', "\"\"")) } else { name.to_owned() };
-    let mut out = String::new();
-    for v in &d.volumes {
-        for (n, s) in v.segments.iter().enumerate() {
-            let u = s.uncertainty;
-            let row = format!(
-                "{ray},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
-                quoted(&v.name),
-                n + 1,
-                v.iso,
-                s.from_mm,
-                s.to_mm,
-                s.length_mm,
-                u.error_mm,
-                u.root_error_mm,
-                u.threshold_error_mm,
-                u.noise_error_mm,
-                u.sampling_error_mm,
-                u.blur_error_mm,
-                u.registration_error_mm.map_or(String::new(), |mm| mm.to_string()),
-                s.obliquity_deg[0],
-                s.obliquity_deg[1],
-                s.half_maximum_mm.map_or(String::new(), |mm| mm.to_string()),
-                s.resolution_mm,
-                v.iso_tolerance,
-                s.clipped,
-                s.from_origin,
-                s.below_resolution
-            );
-            out.push_str(&row);
-        }
-    }
-    out
+    let rows = |v: &VolumeRecord| v.segments.iter().enumerate().map(|(n, s)| csv_row(ray, v, n, s)).collect::<String>();
+    d.volumes.iter().map(rows).collect()
+}
+
+/// Difference rays as CSV, numbered from 1 in their order: the columns, and a row for each bone segment.
+pub fn csv(rays: &[DifferenceRay]) -> String {
+    let rows: String = rays.iter().enumerate().map(|(n, ray)| csv_rows(n + 1, ray)).collect();
+    format!("{CSV_HEADER}\n{rows}")
 }
 
 /// What 3D Slicer's markups JSON v1.0.3 follows.

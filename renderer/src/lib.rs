@@ -28,21 +28,51 @@ pub use fearless_simd::Level as InstructionSet;
 pub use gpu::{GpuError, GpuRenderer};
 pub use occupancy::DistanceMap;
 pub use roots::{PerVoxel, Solver, Steps};
-pub use scene::{BACKGROUND, Color, CutFace, Integrator, Layer, Light, Mode, Normals, Picture, Reconstruction, Scene, Shell, Window};
+pub use scene::{
+    BACKGROUND, Color, CutFace, Integrator, Layer, Light, MOST_VOLUMES, Mode, Normals, PER_VOXEL, Picture, Reconstruction, Scene, Shell,
+    Window,
+};
 pub use transfer::{Control, GradientPoint, Point, TransferFunction, Values, classify};
 
 use bregma_field::{GridError, Volume};
 use serde::Serialize;
+use std::fmt;
 use std::sync::Arc;
 use thiserror::Error;
+
+/// A kind of machine that draws.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Backend {
+    /// The CPU.
+    Cpu,
+    /// A GPU, or a software driver that stands for one.
+    Gpu,
+}
+
+impl Backend {
+    /// `cpu` or `gpu`, as files and options name it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Cpu => "cpu",
+            Self::Gpu => "gpu",
+        }
+    }
+}
+
+impl fmt::Display for Backend {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
 
 /// Turns scenes into pictures.
 pub trait Renderer: Send {
     /// What draws: backend, and adapter or threads and vector instructions.
     fn name(&self) -> String;
 
-    /// `cpu` or `gpu`.
-    fn backend(&self) -> &'static str;
+    /// What kind of machine draws.
+    fn backend(&self) -> Backend;
 
     /// Whether it can draw by `solver`.
     fn has(&self, solver: Solver) -> bool;

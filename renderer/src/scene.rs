@@ -50,6 +50,9 @@ pub enum Integrator {
     Exact,
 }
 
+/// Points in a voxel's length that can be asked for.
+pub const PER_VOXEL: std::ops::RangeInclusive<f32> = 0.01..=1000.0;
+
 impl Default for Integrator {
     fn default() -> Self {
         Self::Steps { per_voxel: 2.0, jitter: true }
@@ -405,6 +408,9 @@ impl Picture {
         Self { width, height, rgba: vec![background; count], depth_mm, volume_id, values: vec![] }
     }
 }
+
+/// Pictures number volumes by a byte, 0 standing for none.
+pub const MOST_VOLUMES: usize = 255;
 
 /// A picture in memory, rows from the top.
 #[derive(Clone, Debug, PartialEq)]

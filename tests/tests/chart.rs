@@ -2,10 +2,10 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use bregma::chart::{Chart, Measure, Plan, errors, orbit, plot, table};
-use bregma::input::{Opened, Source};
 use bregma_renderer::accuracy::{Off, Truth, Verdict};
-use bregma_renderer::{CpuRenderer, GpuRenderer, Renderer, Solver};
+use bregma_renderer::{Backend, CpuRenderer, GpuRenderer, Renderer, Solver};
+use bregma_session::chart::{Chart, Measure, Plan, errors, orbit, plot, table};
+use bregma_session::{Opened, Source};
 use bregma_volume::{IndexPoint, Progress};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -35,7 +35,7 @@ const ATTEMPTS: usize = 3;
 fn unbeaten(opened: &Opened, plan: &Plan) -> Chart {
     let measure = || Chart::measure(&opened.volumes, &opened.scene, plan, &mut machines(), &Progress::default()).unwrap();
     let on_fronts = |chart: &Chart| {
-        let is_on = |&(backend, measure): &(&str, Measure)| {
+        let is_on = |&(backend, measure): &(Backend, Measure)| {
             let front: Vec<String> = chart.front(backend, measure).iter().map(|p| p.solver.to_string()).collect();
             println!("{}, {backend}, front by {measure:?}: {}", chart.scans, front.join(", "));
             front.contains(&"exact".into())

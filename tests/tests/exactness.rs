@@ -2,9 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use bregma::input::{Opened, Source};
 use bregma_renderer::accuracy::Truth;
 use bregma_renderer::{Camera, CpuRenderer, GpuRenderer, Renderer};
+use bregma_session::{Opened, Source};
 use bregma_tests::{Exactness, color_difference, data};
 use bregma_volume::Progress;
 use std::path::Path;

@@ -2,8 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use bregma::input::Opened;
 use bregma_renderer::{Bounds, Camera, CpuRenderer, Mode, Picture, Projection, Renderer, Scene, Solver};
+use bregma_session::Opened;
 use bregma_tests::{Random, volume};
 use bregma_volume::{Grid, Progress, Samples};
 use glam::{DAffine3, DMat3, DVec3};

@@ -3,10 +3,10 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use bregma::input::{Opened, Source};
 use bregma_field::crossings::{self, Kind};
 use bregma_measure::probe;
 use bregma_renderer::{Ray, Surface};
+use bregma_session::{Opened, Source};
 use bregma_tests::{Random, data};
 use bregma_volume::{Progress, ReadSamples, Volume, WorldPoint};
 use glam::DVec3;

@@ -3,12 +3,12 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use bregma::input::{Opened, Source};
 use bregma_measure::probe_cut;
 use bregma_renderer::{
-    Bounds, Camera, Clip, Color, Control, CpuRenderer, CutFace, GpuRenderer, Integrator, Light, Mode, Picture, Point, Projection,
-    Ray, Renderer, Scene, Shape, Shell, TransferFunction, Values, classify,
+    Bounds, Camera, Clip, Color, Control, CpuRenderer, CutFace, GpuRenderer, Integrator, Light, Mode, Picture, Point, Projection, Ray,
+    Renderer, Scene, Shape, Shell, TransferFunction, Values, classify,
 };
+use bregma_session::{Opened, Source};
 use bregma_tests::looks::looks;
 use bregma_tests::{Random, color_difference, data, volume};
 use bregma_volume::{Grid, IndexPoint, Progress, ReadSamples, Samples, Volume, WorldPoint};
@@ -588,9 +588,9 @@ fn overlay_draws_the_three_sectors_of_its_definition() {
 #[test]
 fn presets_and_tables_that_cannot_be_are_refused_by_name() {
     // Fails if a look that is not there goes unnoticed.
-    let error = bregma::presets::find("no-such-look").unwrap_err().to_string();
+    let error = bregma_session::presets::find("no-such-look").unwrap_err().to_string();
     assert!(error.contains("no-such-look") && error.contains("bone"), "{error}");
-    assert!(bregma::presets::find(Path::new("skin-and-bone").to_str().unwrap()).is_ok());
+    assert!(bregma_session::presets::find(Path::new("skin-and-bone").to_str().unwrap()).is_ok());
 }
 
 #[test]
@@ -620,8 +620,8 @@ fn smooth_normals_are_central_differences() {
 fn normals_against_the_phantoms_own() {
     // Fails if a shading gradient is turned, belongs to another point, or is not the same on both backends.
     let mut machines: Vec<Box<dyn Renderer>> = vec![Box::new(CpuRenderer::default()), Box::new(GpuRenderer::new(true).unwrap())];
-    let points = bregma::chart::normals::measure(1, 256, &mut machines, &Progress::default()).unwrap();
-    println!("{}", bregma::chart::normals::csv(&points));
+    let points = bregma_session::chart::normals::measure(1, 256, &mut machines, &Progress::default()).unwrap();
+    println!("{}", bregma_session::chart::normals::csv(&points));
     let (cpu, gpu) = points.split_at(points.len() / 2);
     for (a, b) in cpu.iter().zip(gpu) {
         assert!((a.half_deg - b.half_deg).abs() < 0.02 && a.name == b.name);

@@ -118,7 +118,7 @@ fn thickness_through_the_shell_is_the_interpolants_and_within_the_stated_error_o
 #[test]
 fn the_ledger_covers_the_boxes_without_gap_or_overlap() {
     // Fails if a stretch is lost or counted twice, or a segment and the ledger disagree.
-    let pair = bregma::input::Opened::demo(48, &Progress::default()).unwrap();
+    let pair = bregma_session::Opened::demo(48, &Progress::default()).unwrap();
     let mut layers = pair.scene.layers.clone();
     layers[1].transform = DAffine3::from_translation(DVec3::new(4.0, 30.0, -9.0));
     let mut random = Random(9);

@@ -2,9 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use bregma::compare::Compare;
-use bregma::input::{Opened, Session, Source};
 use bregma_renderer::{Clip, Color, Shape, TransferFunction};
+use bregma_session::Compare;
+use bregma_session::{Opened, Session, Source};
 use bregma_volume::Progress;
 use glam::DVec3;
 use std::path::{Path, PathBuf};

@@ -2,9 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use bregma::input::Opened;
 use bregma_field::crossings;
 use bregma_renderer::{CpuRenderer, GpuRenderer, Picture, Renderer, Solver};
+use bregma_session::Opened;
 use bregma_volume::Progress;
 
 /// What a solver made of a picture, against the reference.

@@ -3,8 +3,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use bregma::input::{Opened, Source};
 use bregma_renderer::{Camera, Clip, CpuRenderer, CutFace, GpuRenderer, Mode, Picture, Ray, Reconstruction, Renderer, Scene, Shape};
+use bregma_session::{Opened, Source};
 use bregma_tests::{Random, color_difference, data, volume};
 use bregma_volume::{Grid, Progress, ReadSamples, Samples, Volume};
 use glam::{DAffine3, DMat3, DVec3};

@@ -3,9 +3,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use bregma::input::{Opened, Source};
 use bregma_measure::{Segment, iso_tolerance, probe};
 use bregma_renderer::{Layer, Ray};
+use bregma_session::{Opened, Source};
 use bregma_synthetic::ct::{AIR_HU, Field, Material, Scanner};
 use bregma_tests::{Random, data};
 use bregma_volume::{Grid, Progress, Raster, Samples, Unit, Volume, WorldPoint};

@@ -1,28 +1,6 @@
 //! Undo and redo: a stack of what the person made, without the camera and how scans are compared.
 
-use super::measured::Measured;
-use super::same_scans;
-use crate::input::Opened;
-use bregma_renderer::Scene;
-
-/// What the person works on.
-#[derive(Clone, Debug)]
-pub struct Work {
-    /// Scans, layers and view.
-    pub opened: Opened,
-    /// Rays and landmarks.
-    pub measured: Measured,
-}
-
-impl Work {
-    /// Equal but for the camera and which ray is selected.
-    fn same(&self, other: &Self) -> bool {
-        let (a, b) = (&self.opened, &other.opened);
-        same_scans(&a.volumes, &b.volumes)
-            && Scene { camera: b.scene.camera, ..a.scene.clone() } == b.scene
-            && self.measured.same(&other.measured)
-    }
-}
+use super::measured::Work;
 
 /// Steps kept; each is a few hundred bytes, as the samples are shared.
 const STEPS: usize = 200;
@@ -43,6 +21,8 @@ impl History {
 
     /// Makes a step of what changed since the last one, if anything did.
     pub fn record(&mut self, work: &Work) {
+        // The camera is no step, and is not compared.
+        self.present.opened.scene.camera = work.opened.scene.camera;
         if !self.present.same(work) {
             self.past.push(std::mem::replace(&mut self.present, work.clone()));
             self.future.clear();
@@ -94,8 +74,10 @@ impl History {
 
 #[cfg(test)]
 mod tests {
+    use super::super::measured::Measured;
     use super::*;
     use bregma_renderer::Mode;
+    use bregma_session::Opened;
     use glam::DVec3;
 
     #[test]

@@ -1,6 +1,6 @@
 //! Long work on a thread of its own, so that the window never waits.
 
-use super::layers::line;
+use super::widgets::line;
 use bregma_field::Progress;
 use egui::{Align, Context, Layout, ProgressBar, Ui};
 use std::fmt::Display;

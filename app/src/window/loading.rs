@@ -1,12 +1,12 @@
 //! Scans on their way in, and what has to be asked before they can be read.
 
 use super::job::Job;
-use super::layers::line;
 use super::series::Choice;
-use crate::input::{DEMO_SIZE, InputError, Opened, Source, without_spacing};
+use super::widgets::line;
 use bregma_field::Progress;
 use bregma_field::formats::{ReadError, Reduce, Uneven};
 use bregma_renderer::Mode;
+use bregma_session::{DEMO_SIZE, InputError, Opened, Source, without_spacing};
 use egui::{Context, DragValue, Ui};
 use glam::DVec3;
 
@@ -151,7 +151,6 @@ impl Question {
         let Self { sources, of, about } = self;
         let source = &mut sources[*of];
         let name = source.file.file_name().unwrap_or(source.file.as_os_str()).to_string_lossy().into_owned();
-        let mut answer = Answer::None;
         match about {
             About::Spacing(mm) => {
                 ui.label(format!("{name} does not say how far its samples are apart. Along i, j and k, in mm:"));
@@ -161,54 +160,49 @@ impl Question {
                         let label = ui.label(name).id;
                         ui.add(value).labelled_by(label);
                     }
-                    let known = mm.min_element() > 0.0;
-                    if ui.add_enabled(known, egui::Button::new("Open")).clicked() {
-                        source.spacing_mm = Some(*mm);
-                        answer = Answer::Read;
-                    }
-                    if ui.button("Cancel").clicked() {
-                        answer = Answer::Cancel;
-                    }
-                });
+                    let is_known = mm.min_element() > 0.0;
+                    answer(ui, "Open", is_known, "", || source.spacing_mm = Some(*mm))
+                })
+                .inner
             }
             About::Series(choice) => {
                 ui.label(format!("{name} holds several series. Which one is to be read?"));
                 choice.ui(ui);
-                ui.horizontal(|ui| {
-                    if ui.button("Open").clicked() {
-                        choice.apply(source);
-                        answer = Answer::Read;
-                    }
-                    if ui.button("Cancel").clicked() {
-                        answer = Answer::Cancel;
-                    }
-                });
+                ui.horizontal(|ui| answer(ui, "Open", true, "", || choice.apply(source))).inner
             }
             About::Uneven(gaps) => {
                 ui.label(format!("The slices of {name} are not even. {gaps} What lies between them can be made up from their neighbours."));
-                ui.horizontal(|ui| {
-                    if ui.button("Interpolate").clicked() {
-                        source.uneven = Uneven::Resample;
-                        answer = Answer::Read;
-                    }
-                    if ui.button("Cancel").on_hover_text("Find the missing slices, then open it again").clicked() {
-                        answer = Answer::Cancel;
-                    }
-                });
+                let hint = "Find the missing slices, then open it again";
+                ui.horizontal(|ui| answer(ui, "Interpolate", true, hint, || source.uneven = Uneven::Resample)).inner
             }
             About::Preview(reduce, text) => {
                 ui.label(text.as_str());
+                // Filled from the right.
                 line(ui, |ui| {
-                    if ui.button("Cancel").clicked() {
-                        answer = Answer::Cancel;
-                    }
-                    if ui.button("Open a preview").clicked() {
-                        source.reduce = Some(*reduce);
-                        answer = Answer::Read;
-                    }
-                });
+                    let cancel = ui.button("Cancel").clicked();
+                    let read = ui.button("Open a preview").clicked();
+                    answered(cancel, read, || source.reduce = Some(*reduce))
+                })
             }
         }
-        answer
     }
+}
+
+/// The two buttons that answer: one that reads after `set`, where that `can` be, and one that cancels, as `hint` says.
+fn answer(ui: &mut Ui, reads: &str, can: bool, hint: &str, set: impl FnOnce()) -> Answer {
+    let read = ui.add_enabled(can, egui::Button::new(reads)).clicked();
+    let cancel = ui.button("Cancel");
+    let cancel = if hint.is_empty() { cancel } else { cancel.on_hover_text(hint) };
+    answered(cancel.clicked(), read, set)
+}
+
+fn answered(cancel: bool, read: bool, set: impl FnOnce()) -> Answer {
+    if cancel {
+        return Answer::Cancel;
+    }
+    if !read {
+        return Answer::None;
+    }
+    set();
+    Answer::Read
 }

@@ -1,12 +1,12 @@
 //! What the person measures: named rays, and landmarks on the surface; and the tool that a click is.
 
-use super::history::Work;
-use crate::input::{Landmark, Opened};
-use bregma_field::{WorldPoint, crossings, interpolant};
-use bregma_measure::Edge;
+use bregma_field::WorldPoint;
+use bregma_field::{crossings, interpolant};
 use bregma_measure::mesh::onto_surface;
 use bregma_measure::thickness::across;
+use bregma_measure::{DifferenceRay, Edge};
 use bregma_renderer::{Color, Ray, Surface};
+use bregma_session::{Landmark, Measurement, Opened, Origin, same_scans};
 use glam::DVec3;
 
 /// A difference ray with its name.
@@ -29,6 +29,30 @@ pub struct Measured {
     pub selected: usize,
     /// Landmarks.
     pub landmarks: Vec<Landmark>,
+}
+
+/// What the person works on.
+#[derive(Clone, Debug)]
+pub struct Work {
+    /// Scans, layers and view.
+    pub opened: Opened,
+    /// Rays and landmarks.
+    pub measured: Measured,
+}
+
+impl Work {
+    /// Equal but for which ray is selected, which is no work, and for how scans are compared.
+    pub fn same(&self, other: &Self) -> bool {
+        let (a, b) = (&self.opened, &other.opened);
+        same_scans(&a.volumes, &b.volumes) && a.scene == b.scene && self.measured.same(&other.measured)
+    }
+
+    /// What was measured, with what it was measured on; `rays` are what its rays found.
+    pub fn records(&self, rays: &[DifferenceRay]) -> Vec<Measurement> {
+        let origin = Origin::of(&self.opened);
+        let named = self.measured.rays.iter().zip(rays);
+        named.map(|(named, ray)| Measurement::of_ray(ray, Some((&named.name, named.color)), origin.as_ref())).collect()
+    }
 }
 
 /// What a click on bone does.
@@ -69,19 +93,30 @@ impl Measured {
         self.rays == other.rays && self.landmarks == other.landmarks
     }
 
-    /// What a session brought, taken out of it.
+    /// The rays and landmarks that a session brought, taken out of it; what else was measured stays there.
     pub fn of(opened: &mut Opened) -> Self {
         let mut measured = Self { landmarks: std::mem::take(&mut opened.landmarks), ..Self::default() };
-        for record in std::mem::take(&mut opened.measurements) {
-            if let Some(ray) = crate::record::ray_of(&record) {
-                measured.add_ray(ray);
-                let Some(last) = measured.rays.last_mut() else { continue };
-                let of = |key: &str| record.get(key).and_then(|v| v.as_str());
-                last.name = of("name").map_or(last.name.clone(), str::to_owned);
-                last.color = of("color").and_then(Color::from_hex).unwrap_or(last.color);
+        opened.measurements.retain(|measurement| {
+            let Measurement::Ray(recorded) = measurement else { return true };
+            let Some(ray) = recorded.ray() else { return true };
+            measured.add_ray(ray);
+            if let Some(last) = measured.rays.last_mut() {
+                last.name = recorded.name.clone().unwrap_or(last.name.clone());
+                last.color = recorded.color.unwrap_or(last.color);
             }
-        }
+            false
+        });
         measured
+    }
+
+    /// The selected ray.
+    pub fn ray(&self) -> Option<&Ray> {
+        self.rays.get(self.selected).map(|named| &named.ray)
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.rays.len() + self.landmarks.len()
     }
 
     /// Adds a ray under the next free name, and selects it.

@@ -1,105 +1,56 @@
-//! Everything that a menu or a key can ask for.
+//! The menus, and the keys that stand for their entries.
 
-use super::measured::Tool;
-use super::navigate::Side;
+use super::bench::Bench;
 use egui::{Button, Context, Grid, Key, KeyboardShortcut, MenuBar, Modifiers, RichText, Ui};
 
-/// A wish of the person.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Command {
-    /// Open files instead of what is open.
-    Open,
-    /// Open files beside what is open.
-    Add,
-    /// Open folders instead of what is open.
-    OpenFolder,
-    /// Open folders beside what is open.
-    AddFolder,
-    /// Open the built-in pair.
-    Demo,
-    /// Save scans and scene.
-    SaveSession,
-    /// Save the picture.
-    SavePicture,
-    /// Close the window.
-    Quit,
-    /// Take back a step.
-    Undo,
-    /// Take it again.
-    Redo,
-    /// Remove the selected difference ray.
-    ClearRay,
-    /// A ray by numbers.
-    Numbers,
-    /// The map of thickness.
-    Thickness,
-    /// What a click does.
-    Take(Tool),
-    /// The whole of the scans from a side.
-    Look(Side),
-    /// Between perspective and orthographic.
-    Projection,
-    /// The view that scans open with.
-    Fit,
-    /// Speed and accuracy of every solver.
-    Chart,
-    /// Draw by the exact solver again.
-    Exact,
+/// A menu, by its title.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Menu {
+    File,
+    Edit,
+    Measure,
+    View,
 }
 
-const NONE: Modifiers = Modifiers::NONE;
-const CTRL: Modifiers = Modifiers::COMMAND;
-const CTRL_SHIFT: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
+const MENUS: [(Menu, &str); 4] = [(Menu::File, "File"), (Menu::Edit, "Edit"), (Menu::Measure, "Measure"), (Menu::View, "View")];
 
-/// An entry of a menu: what it does, its name, its keys.
-type Entry = (Command, &'static str, &'static [(Modifiers, Key)]);
+/// Keys that stand for a command.
+pub type Keys = &'static [(Modifiers, Key)];
 
-const MENUS: [(&str, &[Entry]); 4] = [
-    (
-        "File",
-        &[
-            (Command::Open, "Open…", &[(CTRL, Key::O)]),
-            (Command::Add, "Add…", &[(CTRL_SHIFT, Key::O)]),
-            (Command::OpenFolder, "Open folder…", &[]),
-            (Command::AddFolder, "Add folder…", &[]),
-            (Command::Demo, "Open the demo pair", &[]),
-            (Command::SaveSession, "Save session…", &[(CTRL, Key::S)]),
-            (Command::SavePicture, "Save picture…", &[(CTRL, Key::P)]),
-            (Command::Quit, "Quit", &[(CTRL, Key::Q)]),
-        ],
-    ),
-    (
-        "Edit",
-        &[
-            (Command::Undo, "Undo", &[(CTRL, Key::Z)]),
-            (Command::Redo, "Redo", &[(CTRL_SHIFT, Key::Z), (CTRL, Key::Y)]),
-            (Command::ClearRay, "Delete the difference ray", &[(NONE, Key::Delete)]),
-        ],
-    ),
-    (
-        "Measure",
-        &[
-            (Command::Take(Tool::View), "Ray along the view", &[(NONE, Key::R)]),
-            (Command::Take(Tool::Normal), "Ray along the normal", &[(NONE, Key::N)]),
-            (Command::Take(Tool::Points), "Ray through two points", &[(NONE, Key::T)]),
-            (Command::Numbers, "Ray by numbers…", &[]),
-            (Command::Take(Tool::Landmark), "Landmark", &[(NONE, Key::L)]),
-            (Command::Thickness, "Thickness map…", &[]),
-        ],
-    ),
-    (
-        "View",
-        &[
-            (Command::Look(Side::Anterior), "From anterior", &[(NONE, Key::Num1)]),
-            (Command::Look(Side::Left), "From left", &[(NONE, Key::Num3)]),
-            (Command::Look(Side::Superior), "From superior", &[(NONE, Key::Num7)]),
-            (Command::Projection, "Perspective or orthographic", &[(NONE, Key::Num5)]),
-            (Command::Fit, "Reset the view", &[(NONE, Key::F), (NONE, Key::Home)]),
-            (Command::Chart, "Speed and accuracy…", &[]),
-            (Command::Exact, "Draw by the exact solver", &[]),
-        ],
-    ),
-];
+/// Something that a person can ask for by a menu or a key. `P` is what the panels keep.
+pub struct Command<P> {
+    menu: Menu,
+    name: &'static str,
+    keys: Keys,
+    /// A line stands above it.
+    apart: bool,
+    allowed: fn(&P, &Bench) -> bool,
+    run: fn(&mut P, &mut Bench, &Context),
+}
+
+impl<P> Command<P> {
+    /// An entry of `menu`, which can be chosen while something is open.
+    pub const fn new(menu: Menu, name: &'static str, keys: Keys, run: fn(&mut P, &mut Bench, &Context)) -> Self {
+        Self { menu, name, keys, apart: false, allowed: |_, bench| !bench.is_empty(), run }
+    }
+
+    /// It can be chosen while `allowed`.
+    pub const fn when(mut self, allowed: fn(&P, &Bench) -> bool) -> Self {
+        self.allowed = allowed;
+        self
+    }
+
+    /// A line stands above it.
+    pub const fn apart(mut self) -> Self {
+        self.apart = true;
+        self
+    }
+
+    /// Does it.
+    pub fn run(&self, panels: &mut P, bench: &mut Bench, ctx: &Context) {
+        (self.run)(panels, bench, ctx);
+    }
+}
 
 const MOUSE: [(&str, &str); 6] = [
     ("Left-drag", "rotate"),
@@ -110,18 +61,20 @@ const MOUSE: [(&str, &str); 6] = [
     ("Drop files or folders", "add scans"),
 ];
 
-/// Shows the menus.
-pub fn show(ui: &mut Ui, allowed: impl Fn(Command) -> bool) -> Option<Command> {
+/// Shows the menus with `commands`, each menu's in their order. Gives what is chosen.
+pub fn show<'a, P>(ui: &mut Ui, commands: &[&'a Command<P>], panels: &P, bench: &Bench) -> Option<&'a Command<P>> {
     let mut chosen = None;
     MenuBar::new().ui(ui, |ui| {
-        for (title, entries) in MENUS {
+        for (menu, title) in MENUS {
             ui.menu_button(title, |ui| {
-                for &(command, name, keys) in entries {
-                    if command == Command::Quit {
+                for command in commands.iter().copied().filter(|command| command.menu == menu) {
+                    if command.apart {
                         ui.separator();
                     }
-                    let text = keys.first().map_or(String::new(), |&(m, k)| ui.ctx().format_shortcut(&KeyboardShortcut::new(m, k)));
-                    if ui.add_enabled(allowed(command), Button::new(name).shortcut_text(text)).clicked() {
+                    let keys = command.keys.first();
+                    let text = keys.map_or(String::new(), |&(m, k)| ui.ctx().format_shortcut(&KeyboardShortcut::new(m, k)));
+                    let allowed = (command.allowed)(panels, bench);
+                    if ui.add_enabled(allowed, Button::new(command.name).shortcut_text(text)).clicked() {
                         chosen = Some(command);
                     }
                 }
@@ -143,14 +96,17 @@ pub fn show(ui: &mut Ui, allowed: impl Fn(Command) -> bool) -> Option<Command> {
 }
 
 /// The command whose keys were pressed, unless the person is typing.
-pub fn pressed(ctx: &Context, allowed: impl Fn(Command) -> bool) -> Option<Command> {
+pub fn pressed<'a, P>(ctx: &Context, commands: &[&'a Command<P>], panels: &P, bench: &Bench) -> Option<&'a Command<P>> {
     if ctx.text_edit_focused() {
         return None;
     }
-    let keys = |entry: &Entry| entry.2.iter().map(move |&(m, k)| (entry.0, KeyboardShortcut::new(m, k))).collect::<Vec<_>>();
-    let mut keys: Vec<_> = MENUS.iter().flat_map(|(_, entries)| entries.iter()).flat_map(keys).collect();
+    let keys = |command: &&'a Command<P>| {
+        let command: &'a Command<P> = command;
+        command.keys.iter().map(move |&(m, k)| (command, KeyboardShortcut::new(m, k)))
+    };
+    let mut keys: Vec<_> = commands.iter().flat_map(keys).collect();
     // A shortcut also matches while Shift is held: those that ask for Shift go first.
     keys.sort_by_key(|(_, shortcut)| !shortcut.modifiers.shift);
     let (command, _) = keys.into_iter().find(|(_, shortcut)| ctx.input_mut(|i| i.consume_shortcut(shortcut)))?;
-    allowed(command).then_some(command)
+    (command.allowed)(panels, bench).then_some(command)
 }

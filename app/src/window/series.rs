@@ -1,8 +1,8 @@
 //! Which of the series in a folder or zip is meant.
 
-use crate::input::Source;
 use bregma_field::Progress;
 use bregma_field::formats::{self, Series};
+use bregma_session::Source;
 use egui::{ScrollArea, Ui};
 use std::path::PathBuf;
 

@@ -23,7 +23,7 @@ use crate::roots::{Method, Solver, spline, trilinear};
 use crate::scene::{Integrator, Mode, Normals, Picture, Scene};
 use crate::spans::BLOCK;
 use crate::tone::colored;
-use crate::{InstructionSet, RenderError, Renderer, Split};
+use crate::{Backend, InstructionSet, RenderError, Renderer, Split};
 use bregma_field::Volume;
 use cuts::{Kept, kept};
 use fearless_simd::prelude::*;
@@ -81,8 +81,8 @@ impl Renderer for CpuRenderer {
         format!("cpu, {} threads, {}", rayon::current_num_threads(), name_of(self.level))
     }
 
-    fn backend(&self) -> &'static str {
-        "cpu"
+    fn backend(&self) -> Backend {
+        Backend::Cpu
     }
 
     fn has(&self, solver: Solver) -> bool {

@@ -26,7 +26,7 @@ use crate::occupancy::DistanceMap;
 use crate::roots::{Method, Solver, Steps};
 use crate::scene::{Mode, Picture, Scene};
 use crate::tone::colored;
-use crate::{InstructionSet, RenderError, Renderer, Split};
+use crate::{Backend, InstructionSet, RenderError, Renderer, Split};
 use bregma_field::Volume;
 use std::sync::{Arc, Weak};
 
@@ -186,8 +186,8 @@ impl Renderer for GpuRenderer {
         self.gpu.name()
     }
 
-    fn backend(&self) -> &'static str {
-        "gpu"
+    fn backend(&self) -> Backend {
+        Backend::Gpu
     }
 
     fn has(&self, solver: Solver) -> bool {

@@ -7,7 +7,7 @@ use super::shader::{Component, Reads};
 use super::{BATCH, GpuError, GpuRenderer, upload};
 use crate::frame::{Frame, FrameLayer};
 use crate::roots::{Method, Solver};
-use crate::scene::{Integrator, Mode, Normals, Scene};
+use crate::scene::{Integrator, MOST_VOLUMES, Mode, Normals, Scene};
 use crate::spans::BLOCK;
 use bregma_field::clip::Half;
 use std::ops::Range;
@@ -38,8 +38,6 @@ pub(super) struct Plan {
 
 /// Numbers of pixels have 16 bits (`at_pixel` of `shaders/line.wgsl`).
 const MOST_PIXELS_ACROSS: u32 = 1 << 16;
-/// Numbers of volumes in a pixel have 8 bits, and 0 is none.
-const MOST_VOLUMES: usize = 255;
 /// A batch has a multiple of as many blocks, whose records take 256 bytes: where the part of a buffer that a pass sees may begin (WebGPU,
 /// "minStorageBufferOffsetAlignment").
 const ALIGNED_BLOCKS: usize = 256 / size_of::<Block>();

@@ -81,7 +81,7 @@ impl Judge {
     pub fn row(&self, family: &'static str, machine: &mut dyn SolveSegments, solver: Solver) -> Result<Row, RenderError> {
         let answers = machine.solve(solver, &self.segments)?;
         let (single, paired) = answers.split_at(self.truths.len());
-        let mut row = Row::new(family, machine.backend(), solver, Of::Segments);
+        let mut row = Row::new(family, machine.backend().name(), solver, Of::Segments);
         let mut counts = Counts { judged: 0, wrong: 0 };
         let mut errors = Vec::new();
         for (truth, answer) in self.truths.iter().zip(single) {
@@ -130,7 +130,7 @@ mod tests {
     use super::super::segments::FAMILIES;
     use super::*;
     use crate::scene::{Picture, Scene};
-    use crate::{Renderer, Split};
+    use crate::{Backend, Renderer, Split};
     use bregma_field::Volume;
     use std::sync::Arc;
 
@@ -142,8 +142,8 @@ mod tests {
             "says".into()
         }
 
-        fn backend(&self) -> &'static str {
-            "says"
+        fn backend(&self) -> Backend {
+            Backend::Cpu
         }
 
         fn has(&self, _: Solver) -> bool {

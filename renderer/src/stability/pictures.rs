@@ -48,7 +48,7 @@ pub(super) fn rows(family: &Family, machines: &mut [&mut dyn SolveSegments]) -> 
     let mut rows = Vec::new();
     for solver in Solver::ALL {
         for machine in machines.iter_mut().filter(|m| m.has(solver)) {
-            let mut row = Row::new(family.name, machine.backend(), solver, Of::Rays);
+            let mut row = Row::new(family.name, machine.backend().name(), solver, Of::Rays);
             let mut tally = Tally::default();
             for judge in &judges {
                 let scene = Scene { solver, ..judge.view.scene.clone() };

@@ -5,10 +5,10 @@
 //!
 //! Writes on-a-card.json and on-a-card.md beside the scans; fails if the card draws something else than the CPU, or a ray is wrong.
 
-use bregma::chart::{Chart, Plan, orbit, table};
-use bregma::input::{Opened, Source};
 use bregma_renderer::accuracy::Truth;
 use bregma_renderer::{CpuRenderer, GpuRenderer, Integrator, Mode, Renderer, Scene};
+use bregma_session::chart::{Chart, Plan, orbit, table};
+use bregma_session::{Opened, Source};
 use bregma_tests::looks::looks;
 use bregma_tests::{Exactness, color_difference};
 use bregma_volume::Progress;

@@ -21,7 +21,7 @@ fn the_chart_is_measured_on_the_open_view_and_its_points_switch_the_picture() {
     // Fails if the chart cannot be measured or cancelled from the window, if a clicked point neither draws by its solver nor shows its
     // errors, or if the way back to the exact solver is lost.
     let file = ball("chart", 24);
-    let source = bregma::input::Source { file: file.clone(), ..Default::default() };
+    let source = bregma_session::Source { file: file.clone(), ..Default::default() };
     let mut window = open(Start::Files(vec![source]));
     wait(&mut window, "the scan", |w| !w.is_loading());
     settle(&mut window);

@@ -5,7 +5,7 @@ use super::*;
 #[test]
 fn keys_and_mouse_move_the_view_as_in_slicer() {
     let file = ball("view", 24);
-    let source = bregma::input::Source { file: file.clone(), ..Default::default() };
+    let source = bregma_session::Source { file: file.clone(), ..Default::default() };
     // On a screen whose points are one and a half pixels wide.
     let builder = Harness::builder().with_size([1280.0, 800.0]).with_pixels_per_point(1.5).wgpu();
     let mut window: Window = builder.build_eframe(|cc| Workstation::new(cc, Start::Files(vec![source])));
@@ -131,7 +131,7 @@ fn transparent_surfaces_are_added_changed_and_removed() {
 fn a_transfer_function_is_chosen_and_its_points_dragged_added_and_removed() {
     // Fails if a point does not follow the mouse, passes its neighbour, cannot be added or removed, or if a drag is more than one step.
     let file = ball("transfer", 24);
-    let source = bregma::input::Source { file: file.clone(), ..Default::default() };
+    let source = bregma_session::Source { file: file.clone(), ..Default::default() };
     // Frames follow each other fast enough for a double click.
     let builder = Harness::builder().with_size([1280.0, 800.0]).with_step_dt(0.02).wgpu();
     let mut window: Window = builder.build_eframe(|cc| Workstation::new(cc, Start::Files(vec![source])));
@@ -215,7 +215,7 @@ fn two_scans_are_compared_side_by_side_by_swipe_checkerboard_and_flicker() {
     let (line, rect) = (rect_of(&window, "Swipe line").center(), window.state().picture_rect().unwrap());
     drag(&mut window, line, line - egui::vec2(rect.width() * 0.06, 0.0));
     assert!(window.state().is_settled(), "moving the line draws nothing anew");
-    assert!(matches!(window.state().compare(), bregma::compare::Compare::Swipe { part } if (part - 0.44).abs() < 0.01));
+    assert!(matches!(window.state().compare(), bregma_session::Compare::Swipe { part } if (part - 0.44).abs() < 0.01));
     window.run_steps(1);
     assert_eq!(seen(&window, 0.44), [vec![1], vec![2]]);
     screenshot(&mut window, "compare-swipe.png");

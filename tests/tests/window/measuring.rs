@@ -108,7 +108,7 @@ fn a_map_of_thickness_is_measured_painted_and_dropped() {
 fn a_ray_by_numbers_its_curve_and_a_selection_that_is_no_step() {
     // Fails if the ray is another than the one that was typed, the curve cannot be asked for, or undo stops at a click in the list.
     let file = ball("numbers", 24);
-    let mut window = open(Start::Files(vec![bregma::input::Source { file: file.clone(), ..Default::default() }]));
+    let mut window = open(Start::Files(vec![bregma_session::Source { file: file.clone(), ..Default::default() }]));
     wait(&mut window, "the scan", |w| !w.is_loading());
     settle(&mut window);
     window.get_by_label("Measure").click();

@@ -6,7 +6,7 @@ use super::*;
 fn a_file_that_cannot_be_read_is_one_line_and_the_window_stays() {
     let file = std::env::temp_dir().join(format!("bregma-window-{}.nrrd", std::process::id()));
     std::fs::write(&file, b"NRRD0004\n").unwrap();
-    let source = bregma::input::Source { file: file.clone(), ..Default::default() };
+    let source = bregma_session::Source { file: file.clone(), ..Default::default() };
     let mut window = open(Start::Files(vec![source]));
     wait(&mut window, "the error", |w| !w.is_loading());
     window.run_steps(2);
@@ -47,7 +47,7 @@ fn a_spacing_that_no_file_states_is_asked_for() {
     let file = folder.join("ball_16x16x16_uint8.raw");
     let ball = |n: usize| [n % 16, n / 16 % 16, n / 256].map(|c| (c as f64 - 7.5).powi(2)).iter().sum::<f64>().sqrt();
     std::fs::write(&file, (0..4096).map(|n| (250.0 - 25.0 * ball(n)).max(0.0) as u8).collect::<Vec<u8>>()).unwrap();
-    let mut window = open(Start::Files(vec![bregma::input::Source { file, ..Default::default() }]));
+    let mut window = open(Start::Files(vec![bregma_session::Source { file, ..Default::default() }]));
     let begun = Instant::now();
     while window.query_by_label("Open").is_none() {
         window.step();
@@ -116,7 +116,7 @@ fn a_series_is_chosen_and_gaps_are_filled_only_when_asked() {
         std::fs::write(folder.join(format!("gap{z}")), ct_slice("9", "With a gap", z)).unwrap();
     }
     let name = folder.file_name().unwrap().to_string_lossy().into_owned();
-    let source = || bregma::input::Source { file: folder.clone(), ..Default::default() };
+    let source = || bregma_session::Source { file: folder.clone(), ..Default::default() };
 
     // The largest is chosen beforehand.
     let mut window = open(Start::Files(vec![source()]));
@@ -148,7 +148,7 @@ fn a_series_is_chosen_and_gaps_are_filled_only_when_asked() {
 
     // Refusing is possible, too.
     let mut window =
-        open(Start::Files(vec![bregma::input::Source { file: format!("{}#9", folder.display()).into(), ..Default::default() }]));
+        open(Start::Files(vec![bregma_session::Source { file: format!("{}#9", folder.display()).into(), ..Default::default() }]));
     wait_for(&mut window, "are not even");
     window.get_by_label("Cancel").click();
     wait(&mut window, "nothing", |w| !w.is_loading());

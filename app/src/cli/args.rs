@@ -1,0 +1,375 @@
+//! The command line: what is agreed in `bregma --help`.
+
+use super::look::LookArgs;
+use super::parsers::{
+    Background, COLORS, MACHINES, METHODS, background, ball, field_of_view, number, one_of, pair, point, positive, size, solver,
+};
+use super::sources::Sources;
+use bregma_renderer::{Mode, Solver};
+use bregma_session::thickness::ThicknessMethod;
+use bregma_session::thickness_picture::Colors;
+use bregma_session::{Compare, DEMO_SIZE, Machine};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use glam::DVec3;
+use std::path::PathBuf;
+
+/// The whole command line.
+#[derive(Debug, Parser)]
+#[command(
+    name = "bregma",
+    version,
+    about = "A workstation for people who compare scanned skulls",
+    long_about = "A workstation for people who compare scanned skulls: exact isosurfaces of CT volumes, one over the other, and the \
+                  length of every stretch of bone along a ray, with its error.\n\nWith files, or with nothing, it opens its window; \
+                  without a file it shows a built-in pair of synthetic skulls.",
+    after_help = "Examples:\n  bregma                                   the built-in pair\n  bregma skull.nrrd                        one scan\n  bregma a.nii.gz --transform a-to-b.json b.nii.gz\n  bregma render skull.nrrd --iso 300 --orbit 30,15 --out skull.png"
+)]
+pub struct Cli {
+    /// What to do; the window when absent.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+    /// Scans to open in the window.
+    #[command(flatten)]
+    pub sources: Sources<0>,
+    /// Options for all.
+    #[command(flatten)]
+    pub common: Common,
+}
+
+/// Options for every command.
+#[derive(Clone, Debug, Args)]
+pub struct Common {
+    /// What draws; auto is a hardware GPU if there is one, else the CPU
+    #[arg(long, value_parser = one_of(MACHINES), default_value = "auto", global = true)]
+    pub backend: Machine,
+    /// CPU threads; all cores when absent
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), global = true)]
+    pub threads: Option<u16>,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Write the synthetic pair, a session, a picture of each mode and a probe
+    #[command(after_help = "Example:\n  bregma demo --out bregma-demo")]
+    Demo(DemoArgs),
+    /// Say what a scan is
+    #[command(after_help = "Examples:\n  bregma info skull.nrrd\n  bregma info --json *.nii.gz")]
+    Info(InfoArgs),
+    /// Write a scan in another form
+    #[command(
+        after_help = "The name of OUT says the form: .nrrd, .nii, .nii.gz, .mha or .tif.\n\nExamples:\n  bregma convert dicom-folder skull.nrrd\n  bregma convert study#201 skull.nii.gz\n  bregma convert slices --spacing 0.05,0.05,0.05 skull.mha"
+    )]
+    Convert(ConvertArgs),
+    /// Draw one picture
+    #[command(
+        after_help = "Examples:\n  bregma render skull.nrrd --iso 300 --out skull.png\n  bregma render a.nii.gz --transform a-to-b.json b.nii.gz --mode overlay --orbit 40,10 --size 1600x1200 --out pair.png\n  bregma render skull.nrrd --eye 0,-600,0 --target 0,0,0 --fov 25 --depth depth.npy --out skull.png"
+    )]
+    Render(Box<RenderArgs>),
+    /// Cast the difference ray: crossings, bone segments and their lengths
+    #[command(
+        after_help = "Examples:\n  bregma probe a.nrrd b.nrrd --iso 226 --origin 0,-200,40 --direction 0,1,0\n  bregma probe skull.nrrd --origin 0,-200,40 --toward 0,0,40 --format json\n  bregma probe skull.nrrd --rays rays.csv --format csv"
+    )]
+    Probe(ProbeArgs),
+    /// Measure again what a session or an export records, and say which lengths still hold
+    #[command(
+        after_help = "Examples:\n  bregma probe skull.nrrd --origin 0,-200,40 --toward 0,0,40 --format json >ray.json\n  bregma verify ray.json"
+    )]
+    Verify(VerifyArgs),
+    /// Map how thick the bone is over the whole surface: CSV, PLY, JSON and a picture
+    #[command(
+        after_help = "Examples:\n  bregma thickness skull.nrrd --iso 300 --out thickness\n  bregma thickness skull.nrrd --method sphere --range 0,12 --orbit 90,10 --out thickness\n  bregma thickness skull.nrrd --method ray --direction 0,0,-1 --patch 3,-80,60,25 --out vertex"
+    )]
+    Thickness(ThicknessArgs),
+    /// Failure rates of every solver over the hard families: stability.csv, stability.md
+    #[command(after_help = "Example:\n  bregma stability --out stability")]
+    Stability(StabilityArgs),
+    /// Time the orbit
+    #[command(after_help = "Example:\n  bregma bench skull.nrrd --iso 300 --json")]
+    Bench(BenchArgs),
+    /// Speed against accuracy of every solver (chart, and a picture of each one's errors), of the integrators of dvr (integrals), and of
+    /// gradients on the demo's phantom (normals): each .csv, .svg and .png
+    #[command(after_help = "Examples:\n  bregma chart skull.nrrd --iso 300 --out chart\n  bregma chart --backend cpu --out chart")]
+    Chart(ChartArgs),
+}
+
+/// `bregma demo`.
+#[derive(Debug, Args)]
+pub struct DemoArgs {
+    /// Folder to write into; made if it is not there
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Samples along the longest side
+    #[arg(long, value_name = "N", default_value_t = DEMO_SIZE as u16, value_parser = clap::value_parser!(u16).range(2..=2048))]
+    pub size: u16,
+}
+
+/// `bregma info`.
+#[derive(Debug, Args)]
+pub struct InfoArgs {
+    /// The scans.
+    #[command(flatten)]
+    pub sources: Sources<1>,
+    /// One JSON object for each file, a line each
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `bregma convert`.
+#[derive(Debug, Args)]
+pub struct ConvertArgs {
+    /// The scan, and the file to write.
+    #[command(flatten)]
+    pub files: Sources<2>,
+}
+
+/// Isovalues.
+#[derive(Debug, Args)]
+pub struct Isovalues {
+    /// Isovalue in the scan's values (HU where the file says so): once for all volumes, or once for each in order; bone in HU,
+    /// else Otsu's threshold, when absent
+    #[arg(long, value_name = "V", value_parser = number, allow_hyphen_values = true, value_delimiter = ',')]
+    pub iso: Vec<f64>,
+}
+
+/// `bregma render`.
+#[derive(Debug, Args)]
+pub struct RenderArgs {
+    /// The scans.
+    #[command(flatten)]
+    pub sources: Sources<1>,
+    /// The picture, PNG
+    #[arg(long, value_name = "P.png")]
+    pub out: PathBuf,
+    /// Isovalues.
+    #[command(flatten)]
+    pub isovalues: Isovalues,
+    /// How surfaces are put together
+    #[arg(long, value_enum)]
+    pub mode: Option<ModeName>,
+    /// Pixels
+    #[arg(long, value_name = "WxH", value_parser = size, default_value = "512x512")]
+    pub size: (u32, u32),
+    /// How roots are found: exact [default], linear, neubauer[:2|3|4], marmitt[:2|3|4], analytic, step:1|0.5|0.25|0.125, filter (GPU)
+    #[arg(long, value_name = "NAME", value_parser = solver)]
+    pub solver: Option<Solver>,
+    /// How the scene looks.
+    #[command(flatten)]
+    pub look: LookArgs,
+    /// Two scans in two pictures of one view: beside each other, left and right of a line, or by turns as on a chessboard
+    #[arg(long, value_name = "side|swipe:PART|checker:N")]
+    pub compare: Option<Compare>,
+    /// RRGGBB or transparent
+    #[arg(long, value_name = "HEX", value_parser = background)]
+    pub background: Option<Background>,
+    /// The camera.
+    #[command(flatten)]
+    pub camera: CameraArgs,
+    /// Distance along each pixel's ray to the first surface drawn, mm: NPY float32, NaN where none
+    #[arg(long, value_name = "P.npy")]
+    pub depth: Option<PathBuf>,
+    /// Number of the volume that is drawn in each pixel, from 1: NPY uint8, 0 where none
+    #[arg(long, value_name = "P.npy")]
+    pub volume_id: Option<PathBuf>,
+    /// What max, mean or xray computes in each pixel: NPY float32, NaN where none
+    #[arg(long, value_name = "P.npy")]
+    pub values: Option<PathBuf>,
+}
+
+/// The camera, LPS mm.
+#[derive(Debug, Args)]
+pub struct CameraArgs {
+    /// Where the viewer stands
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, conflicts_with = "orbit")]
+    pub eye: Option<DVec3>,
+    /// What the centre of the picture shows; the middle of the scans when absent
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, requires = "eye")]
+    pub target: Option<DVec3>,
+    /// A direction that points up in the picture [default: 0,0,1]
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
+    pub up: Option<DVec3>,
+    /// Vertical field of view, degrees [default: 30]
+    #[arg(long, value_name = "DEG", value_parser = field_of_view, conflicts_with = "ortho")]
+    pub fov: Option<f64>,
+    /// Parallel projection; height of the view, mm
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    pub ortho: Option<f64>,
+    /// Azimuth and elevation around the scans, degrees; 0,0 looks at the face, 90,0 at the left side
+    #[arg(long, value_name = "AZ,EL", value_parser = pair, allow_hyphen_values = true)]
+    pub orbit: Option<(f64, f64)>,
+}
+
+/// `bregma probe`.
+#[derive(Debug, Args)]
+pub struct ProbeArgs {
+    /// The scans.
+    #[command(flatten)]
+    pub sources: Sources<1>,
+    /// Isovalues.
+    #[command(flatten)]
+    pub isovalues: Isovalues,
+    /// Where the ray begins, LPS mm
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, required_unless_present = "rays")]
+    pub origin: Option<DVec3>,
+    /// Where it goes
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, required_unless_present_any = ["toward", "rays"])]
+    pub direction: Option<DVec3>,
+    /// A point that it goes toward, LPS mm
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, conflicts_with = "direction")]
+    pub toward: Option<DVec3>,
+    /// Many rays: CSV with the header ox,oy,oz,dx,dy,dz, mm
+    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["origin", "direction", "toward"])]
+    pub rays: Option<PathBuf>,
+    /// Form of the answer
+    #[arg(long, value_enum, default_value = "table")]
+    pub format: ProbeFormat,
+}
+
+/// Form of a probe's answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ProbeFormat {
+    /// For reading.
+    Table,
+    /// Everything; one object a line for many rays.
+    Json,
+    /// One row for each bone segment.
+    Csv,
+    /// 3D Slicer's markups JSON, one Line for each bone segment.
+    Markups,
+}
+
+/// `bregma verify`.
+#[derive(Debug, Args)]
+pub struct VerifyArgs {
+    /// Sessions, or what `bregma probe --format json` wrote
+    #[arg(value_name = "FILE", required = true)]
+    pub files: Vec<PathBuf>,
+    /// Tell also those that hold
+    #[arg(long)]
+    pub all: bool,
+}
+
+/// `bregma thickness`.
+#[derive(Debug, Args)]
+pub struct ThicknessArgs {
+    /// The scan.
+    #[command(flatten)]
+    pub sources: Sources<1>,
+    /// Isovalues.
+    #[command(flatten)]
+    pub isovalues: Isovalues,
+    /// Folder to write into; made if it is not there
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Which thickness: along a ray, along the inward normal, or of the largest inscribed sphere
+    #[arg(long, value_parser = one_of(METHODS), default_value = "normal")]
+    pub method: ThicknessMethod,
+    /// Of the rays, into the bone
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, required_if_eq("method", "ray"))]
+    pub direction: Option<DVec3>,
+    /// Only within R mm of a point
+    #[arg(long, value_name = "X,Y,Z,R", value_parser = ball, allow_hyphen_values = true)]
+    pub patch: Option<(DVec3, f64)>,
+    /// Ends of the colours, mm; what 95 % of the surface has when absent
+    #[arg(long, value_name = "LOW,HIGH", value_parser = pair)]
+    pub range: Option<(f64, f64)>,
+    /// Colours
+    #[arg(long, value_parser = one_of(COLORS), default_value = "viridis")]
+    pub colors: Colors,
+    /// Pixels of the picture
+    #[arg(long, value_name = "WxH", value_parser = size, default_value = "800x800")]
+    pub size: (u32, u32),
+    /// The camera.
+    #[command(flatten)]
+    pub camera: CameraArgs,
+}
+
+/// `bregma bench`.
+#[derive(Debug, Args)]
+pub struct BenchArgs {
+    /// The scans.
+    #[command(flatten)]
+    pub sources: Sources<1>,
+    /// Isovalues.
+    #[command(flatten)]
+    pub isovalues: Isovalues,
+    /// How surfaces are put together
+    #[arg(long, value_enum, default_value = "iso")]
+    pub mode: ModeName,
+    /// How roots are found: exact, linear, neubauer[:2|3|4], marmitt[:2|3|4], analytic, step:1|0.5|0.25|0.125, filter (GPU)
+    #[arg(long, value_name = "NAME", value_parser = solver, default_value = "exact")]
+    pub solver: Solver,
+    /// Pixels along each side
+    #[arg(long, value_name = "N", default_value_t = 512, value_parser = clap::value_parser!(u32).range(1..=16384))]
+    pub size: u32,
+    /// How the scene looks.
+    #[command(flatten)]
+    pub look: LookArgs,
+    /// Frames of the orbit
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub frames: u32,
+    /// One JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `bregma chart`.
+#[derive(Debug, Args)]
+pub struct ChartArgs {
+    /// The scans; the built-in pair when absent.
+    #[command(flatten)]
+    pub sources: Sources<0>,
+    /// Isovalues.
+    #[command(flatten)]
+    pub isovalues: Isovalues,
+    /// Folder to write into; made if it is not there
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Pixels along each side
+    #[arg(long, value_name = "N", default_value_t = 512, value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub size: u32,
+    /// Frames of the orbit
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub frames: u32,
+    /// Times that each frame is timed
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub rounds: u32,
+}
+
+/// `bregma stability`.
+#[derive(Debug, Args)]
+pub struct StabilityArgs {
+    /// Folder to write into; made if it is not there
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+}
+
+/// A render mode by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ModeName {
+    /// The nearest surface.
+    Iso,
+    /// The near skull transparent over the other.
+    Overlay,
+    /// Direct volume rendering by a transfer function.
+    Dvr,
+    /// The largest value along the ray.
+    Max,
+    /// The mean of the values along the ray.
+    Mean,
+    /// The integral of the values along the ray.
+    Xray,
+}
+
+impl From<ModeName> for Mode {
+    fn from(name: ModeName) -> Self {
+        match name {
+            ModeName::Iso => Self::Iso,
+            ModeName::Overlay => Self::Overlay,
+            ModeName::Dvr => Self::Dvr,
+            ModeName::Max => Self::Max,
+            ModeName::Mean => Self::Mean,
+            ModeName::Xray => Self::Xray,
+        }
+    }
+}

@@ -1,0 +1,23 @@
+//! What the command line does, a file for each command.
+
+mod bench;
+mod chart;
+mod convert;
+mod demo;
+mod info;
+mod probe;
+mod render;
+mod stability;
+mod thickness;
+mod verify;
+
+pub use bench::bench;
+pub use chart::chart;
+pub use convert::convert;
+pub use demo::{demo, write_demo};
+pub use info::info;
+pub use probe::probe;
+pub use render::render;
+pub use stability::stability;
+pub use thickness::thickness;
+pub use verify::verify;

@@ -1,0 +1,68 @@
+//! `bregma probe`: the difference ray, one or many.
+
+use crate::cli::args::{ProbeArgs, ProbeFormat};
+use crate::cli::error::CommandError;
+use crate::cli::opening::{open, require_spacing};
+use crate::cli::terminal::{print, with_progress};
+use bregma_field::WorldPoint;
+use bregma_measure::{DifferenceRay, export};
+use bregma_renderer::Ray;
+use bregma_session::record::measure;
+use bregma_session::{Measurement, Origin};
+use glam::DVec3;
+use rayon::prelude::*;
+use std::path::Path;
+
+/// Casts the rays and prints what they meet.
+pub fn probe(args: &ProbeArgs) -> Result<(), CommandError> {
+    let rays = match &args.rays {
+        Some(file) => read_rays(file)?,
+        None => vec![single_ray(args)?],
+    };
+    let opened = open(&args.sources.0, &args.isovalues)?;
+    require_spacing(&opened)?;
+    let cast = |ray: &Ray| measure(&opened, ray);
+    let found = with_progress("casting", |progress| {
+        progress.begin(rays.len() as u64);
+        // Nobody cancels here: the command is simply ended.
+        let counted = |ray: &Ray| cast(ray).inspect(|_| progress.advance(1).unwrap_or_default());
+        rays.par_iter().map(counted).collect::<Result<Vec<DifferenceRay>, _>>()
+    })?;
+    let origin = if args.format == ProbeFormat::Json { Origin::of(&opened) } else { None };
+    let json = |d: &DifferenceRay| Measurement::of_ray(d, None, origin.as_ref()).to_string() + "\n";
+    let text = match args.format {
+        ProbeFormat::Table if args.rays.is_none() => found.iter().map(export::table).collect(),
+        ProbeFormat::Table => export::table_of_rays(&found),
+        ProbeFormat::Json => found.iter().map(json).collect(),
+        ProbeFormat::Csv => export::csv(&found),
+        ProbeFormat::Markups => format!("{:#}\n", export::markups(&found)),
+    };
+    print(&text)
+}
+
+fn single_ray(args: &ProbeArgs) -> Result<Ray, CommandError> {
+    let origin = args.origin.unwrap_or(DVec3::ZERO);
+    let direction = args.direction.or(args.toward.map(|t| t - origin)).unwrap_or(DVec3::ZERO);
+    let ray = Ray::new(WorldPoint(origin), direction);
+    ray.ok_or_else(|| CommandError::Usage("the ray has no direction; give --direction, or --toward a point other than --origin".into()))
+}
+
+/// The columns of a list of rays.
+const RAYS_HEADER: &str = "ox,oy,oz,dx,dy,dz";
+
+fn read_rays(file: &Path) -> Result<Vec<Ray>, CommandError> {
+    let fail = |reason: String| CommandError::Rays { file: file.to_owned(), reason };
+    let text = std::fs::read_to_string(file).map_err(|e| fail(format!("cannot be read ({e}); check its name and permissions")))?;
+    let mut lines = text.trim_start_matches('\u{feff}').lines();
+    let header = lines.next().unwrap_or_default().replace(' ', "");
+    if header != RAYS_HEADER {
+        return Err(fail(format!("its first line is not {RAYS_HEADER}; write that header, then one ray a line")));
+    }
+    let ray = |(n, line): (usize, &str)| {
+        let numbers: Option<Vec<f64>> = line.split(',').map(|t| t.trim().parse().ok()).collect();
+        let numbers: Option<[f64; 6]> = numbers.and_then(|v| v.try_into().ok());
+        let ray = numbers.and_then(|[ox, oy, oz, dx, dy, dz]| Ray::new(WorldPoint(DVec3::new(ox, oy, oz)), DVec3::new(dx, dy, dz)));
+        ray.ok_or_else(|| fail(format!("line {} is not six numbers with a direction other than 0,0,0; correct it", n + 2)))
+    };
+    lines.enumerate().filter(|(_, line)| !line.trim().is_empty()).map(ray).collect()
+}

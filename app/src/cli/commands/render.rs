@@ -1,0 +1,87 @@
+//! `bregma render`: one picture.
+
+use crate::cli::args::{CameraArgs, RenderArgs};
+use crate::cli::error::CommandError;
+use crate::cli::opening::{open, require_spacing, set_isovalues};
+use crate::cli::terminal::warn;
+use bregma_renderer::{Camera, FOV_DEG, Projection};
+use bregma_session::output::{write_depth, write_png, write_values, write_volume_id};
+use bregma_session::{Compare, Machine, Opened};
+use std::path::{Path, PathBuf};
+
+/// Draws the picture and writes it.
+pub fn render(args: &RenderArgs, machine: Machine) -> Result<(), CommandError> {
+    keep_apart(args)?;
+    let mut opened = open(&args.sources.0, &args.isovalues)?;
+    if args.depth.is_some() {
+        require_spacing(&opened)?;
+    }
+    args.look.apply(&mut opened, args.mode.map(Into::into))?;
+    set_isovalues(&mut opened, &args.isovalues)?;
+    warn(&args.look.idle(&opened.scene));
+    opened.scene.solver = args.solver.unwrap_or(opened.scene.solver);
+    opened.scene.background = args.background.map_or(opened.scene.background, |b| b.0);
+    opened.scene.camera = camera(&args.camera, &opened);
+    if args.values.is_some() && !opened.scene.mode.is_projection() {
+        return Err(CommandError::Usage("--values are those of --mode max, mean or xray: ask for one of these".into()));
+    }
+    let (width, height) = args.size;
+    // Of what changes in time a still has nothing to show.
+    let of_session = if matches!(opened.compare, Compare::Flicker { .. }) { Compare::Off } else { opened.compare };
+    let compare = args.compare.unwrap_or(of_session);
+    let visible = opened.scene.layers.iter().filter(|layer| layer.visible).count();
+    if args.compare.is_some_and(|compare| compare != Compare::Off) && visible < 2 {
+        return Err(CommandError::Usage(format!("--compare is of two scans; {visible} is visible: name another one")));
+    }
+    let picture = compare.draw(machine.renderer()?.as_mut(), &opened.volumes, &opened.scene, [width, height])?;
+    let nothing = picture.rgba.iter().all(|c| *c == picture.rgba[0]);
+    if nothing && picture.volume_id.iter().all(|&id| id == 0) {
+        warn(&[format!("{}: the picture shows nothing from this view", args.out.display())]);
+    }
+    if let Some(file) = &args.depth {
+        write_depth(file, &picture)?;
+    }
+    if let Some(file) = &args.volume_id {
+        write_volume_id(file, &picture)?;
+    }
+    if let Some(file) = &args.values {
+        write_values(file, &picture)?;
+    }
+    write_png(&args.out, &picture)?;
+    Ok(())
+}
+
+/// Refuses to write one file twice, or over a scan that is read.
+fn keep_apart(args: &RenderArgs) -> Result<(), CommandError> {
+    let place = |file: &Path| std::fs::canonicalize(file).unwrap_or_else(|_| file.to_owned());
+    let mut taken: Vec<PathBuf> = args.sources.0.iter().map(|s| place(&s.file)).collect();
+    for file in [Some(&args.out), args.depth.as_ref(), args.volume_id.as_ref(), args.values.as_ref()].into_iter().flatten() {
+        let is_file = file.metadata().is_ok_and(|m| m.is_file());
+        if taken.contains(&place(file)) && (is_file || !file.exists()) {
+            let text = format!("{} is named twice; it would be overwritten: give each output a file of its own", file.display());
+            return Err(CommandError::Usage(text));
+        }
+        taken.push(place(file));
+    }
+    Ok(())
+}
+
+/// The camera that the arguments ask for; what they leave open is the session's, or the orbit's.
+pub(super) fn camera(args: &CameraArgs, opened: &Opened) -> Camera {
+    let bounds = opened.bounds();
+    let mut camera = opened.scene.camera;
+    if args.orbit.is_some() || args.eye.is_some() || !opened.from_session {
+        let (azimuth, elevation) = args.orbit.unwrap_or((0.0, 0.0));
+        camera = Camera::orbit_with_fov(&bounds, azimuth, elevation, args.fov.unwrap_or(FOV_DEG));
+    }
+    if let Some(eye_mm) = args.eye {
+        camera = Camera { eye_mm, target_mm: args.target.unwrap_or(bounds.centre_mm), ..camera };
+    }
+    camera.up = args.up.unwrap_or(camera.up);
+    camera.projection = match (args.fov, args.ortho) {
+        (Some(fov_deg), _) => Projection::Perspective { fov_deg },
+        (_, Some(height_mm)) => Projection::Orthographic { height_mm },
+        _ => camera.projection,
+    };
+    camera
+}

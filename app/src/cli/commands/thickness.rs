@@ -1,0 +1,82 @@
+//! `bregma thickness`: how thick the bone is, over the whole surface.
+
+use super::render::camera;
+use crate::cli::args::ThicknessArgs;
+use crate::cli::error::CommandError;
+use crate::cli::opening::{open, require_spacing};
+use crate::cli::terminal::{print, with_progress};
+use bregma_measure::export;
+use bregma_measure::thickness::Statistics;
+use bregma_session::Machine;
+use bregma_session::output::{make_folder, write_figure, write_whole};
+use bregma_session::thickness::{Map, MapError, Order, ThicknessMethod};
+use bregma_session::thickness_picture::{Scale, figure, paint, white};
+use glam::DVec3;
+use serde::Serialize;
+
+#[derive(Serialize)]
+struct Record<'a> {
+    volume: &'a str,
+    iso: f64,
+    method: &'a str,
+    statistics: &'a Statistics,
+}
+
+/// Maps the thickness of one scan and writes it.
+pub fn thickness(args: &ThicknessArgs, machine: Machine) -> Result<(), CommandError> {
+    let mut opened = open(&args.sources.0, &args.isovalues)?;
+    if opened.volumes.len() != 1 {
+        return Err(CommandError::Usage(format!("{} scans are named; a map is made of one", opened.volumes.len())));
+    }
+    require_spacing(&opened)?;
+    opened.scene.layers[0].visible = true;
+    let (volume, layer) = (&opened.volumes[0], &opened.scene.layers[0]);
+    let name = match args.method {
+        ThicknessMethod::Normal => "along the inward normal",
+        ThicknessMethod::Sphere => "largest inscribed sphere",
+        ThicknessMethod::Ray => "along a ray",
+    };
+    // A ray has a direction: the command line requires it.
+    let direction = args.direction.and_then(DVec3::try_normalize);
+    if args.method == ThicknessMethod::Ray && direction.is_none() {
+        return Err(CommandError::Usage("--direction 0,0,0 is none".into()));
+    }
+    make_folder(&args.out)?;
+    let mut order = Order::new(volume, layer, 0, args.method.along(direction.unwrap_or(DVec3::Z)), name.into());
+    order.patch = args.patch;
+    let map = with_progress("measuring", |progress| order.measure(progress)).map_err(|e| match e {
+        MapError::Grid(e) => CommandError::Grid(e),
+        MapError::Nothing | MapError::Cancelled(_) => CommandError::NoThickness(volume.name().to_owned()),
+    })?;
+    let ends_mm = args.range.map_or(map.ends_mm(), |(low, high)| [low, high]);
+    if ends_mm[0] >= ends_mm[1] {
+        return Err(CommandError::Usage("--range has its low end above its high end".into()));
+    }
+    let Map { surface, mesh, values, statistics, .. } = &map;
+    let scale = Scale { colors: args.colors, ends_mm };
+    let mut scene = white(opened.scene.clone());
+    scene.camera = camera(&args.camera, &opened);
+    let (width, height) = args.size;
+    let mut picture = machine.renderer()?.render(&opened.volumes, &scene, width, height)?;
+    paint(&mut picture, &scene, surface, mesh, values, &scale);
+    let unplotted = |reason| CommandError::Figure { what: "the picture".into(), reason };
+    let drawn = figure(&picture, name, &scale, statistics).map_err(unplotted)?;
+    let record = Record { volume: volume.name(), iso: layer.iso, method: name, statistics };
+    let json = serde_json::to_string_pretty(&record).expect("the record has only numbers, texts and lists");
+    write_whole(&args.out.join("thickness.csv"), export::map_csv(mesh, values).as_bytes())?;
+    write_whole(&args.out.join("thickness.ply"), &export::map_ply(mesh, values, |mm| scale.color(mm)))?;
+    write_whole(&args.out.join("thickness.json"), json.as_bytes())?;
+    write_figure(&args.out.join("thickness.png"), drawn)?;
+    let [least, greatest, p5, p25, median, p75, p95] = statistics.quantiles_mm;
+    print(&format!(
+        "{}, isovalue {}, thickness {name}\n  surface   {:.1} mm², {} points, {} more without a value\n  mean      {:.3} ± {:.3} mm (standard deviation)\n  median    {median:.3} mm; half of the surface from {p25:.3} to {p75:.3}, 90 % from {p5:.3} to {p95:.3}, all from {least:.3} to {greatest:.3}\n{}: thickness.csv, thickness.ply, thickness.json, thickness.png\n",
+        volume.name(),
+        layer.iso,
+        statistics.area_mm2,
+        statistics.count,
+        statistics.unknown,
+        statistics.mean_mm,
+        statistics.deviation_mm,
+        args.out.display(),
+    ))
+}

@@ -1,0 +1,93 @@
+//! Why a command did not do its work.
+
+use bregma_field::GridError;
+use bregma_field::formats::WriteError;
+use bregma_renderer::RenderError;
+use bregma_renderer::stability::StabilityError;
+use bregma_session::InputError;
+use bregma_session::chart::ChartError;
+use bregma_session::output::{FolderError, OutputError};
+use bregma_session::presets::PresetError;
+use bregma_session::record::{RecordError, VerifyError};
+use std::io;
+use std::path::PathBuf;
+use thiserror::Error;
+
+/// Why a command did not do its work: one sentence for the person.
+#[derive(Debug, Error)]
+pub enum CommandError {
+    /// Something could not be opened.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// Something could not be drawn.
+    #[error(transparent)]
+    Render(#[from] RenderError),
+    /// Something could not be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// A scan could not be written.
+    #[error(transparent)]
+    Scan(#[from] WriteError),
+    /// The stability table.
+    #[error(transparent)]
+    Stability(#[from] StabilityError),
+    /// The chart of speed and accuracy.
+    #[error(transparent)]
+    Chart(#[from] ChartError),
+    /// A registration flattens a volume.
+    #[error("the transform of a volume cannot be used: {0}")]
+    Grid(#[from] GridError),
+    /// A look that is not there.
+    #[error(transparent)]
+    Preset(#[from] PresetError),
+    /// Standard output broke.
+    #[error("standard output cannot be written ({0})")]
+    Stdout(io::Error),
+    /// A list of rays that cannot be used.
+    #[error("{}: {reason}", file.display())]
+    Rays {
+        /// The list.
+        file: PathBuf,
+        /// What is wrong with it, and what to do.
+        reason: String,
+    },
+    /// A folder for outputs that cannot be made.
+    #[error(transparent)]
+    Folder(#[from] FolderError),
+    /// A scan on which no length is known.
+    #[error("{0}: it states no spacing, so no length on it is known in mm; pass --spacing X,Y,Z")]
+    NoSpacing(String),
+    /// A map of thickness of nothing.
+    #[error("{0}: no thickness is known anywhere at this isovalue; choose another, or another patch")]
+    NoThickness(String),
+    /// A figure that cannot be drawn.
+    #[error("{what} cannot be drawn ({reason})")]
+    Figure {
+        /// The figure.
+        what: String,
+        /// What went wrong.
+        reason: Box<dyn std::error::Error>,
+    },
+    /// A file of measurements that cannot be used.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// A measurement that cannot be made again.
+    #[error("{}: {reason}", file.display())]
+    Verify {
+        /// Where it is recorded.
+        file: PathBuf,
+        /// Why not.
+        reason: Box<VerifyError>,
+    },
+    /// Lengths that are others now.
+    #[error("{lost} of {all} lengths do not hold; measure them again")]
+    Lost {
+        /// Lengths that differ, or are gone.
+        lost: usize,
+        /// All that were recorded.
+        all: usize,
+    },
+    /// Wrong usage that only shows once the scans are known; status 2.
+    #[error("{0}")]
+    Usage(String),
+}

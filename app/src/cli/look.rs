@@ -1,0 +1,315 @@
+//! What options say of how a scene looks, for `render` and `bench` alike.
+
+use super::error::CommandError;
+use super::parsers::{color, number, numbers, positive, share};
+use bregma_renderer::{Clip, Color, CutFace, Integrator, Layer, Mode, Normals, PER_VOXEL, Reconstruction, Scene, Shape, Shell, Window};
+use bregma_session::Opened;
+use bregma_session::presets::{self, Preset};
+use clap::{Args, ValueEnum};
+use glam::DVec3;
+
+/// How the scene looks.
+#[derive(Debug, Args)]
+pub struct LookArgs {
+    /// Surfaces keep the light from each other
+    #[arg(long)]
+    pub shadows: bool,
+    /// Opacity of surfaces that are drawn transparent, by overlay, or by iso, which draws all crossings then: once for all, or once for each
+    /// volume
+    #[arg(long, value_name = "V", value_parser = share, value_delimiter = ',')]
+    pub opacity: Vec<f64>,
+    /// Surface colour RRGGBB: once for all, or once for each volume
+    #[arg(long, value_name = "HEX", value_parser = color, value_delimiter = ',')]
+    pub color: Vec<Color>,
+    /// Colour of surfaces seen from within the bone, where they are transparent: once for all, or once for each volume
+    #[arg(long, value_name = "HEX", value_parser = color, value_delimiter = ',')]
+    pub inner_color: Vec<Color>,
+    /// A further isosurface of volume N (from 1), where surfaces are transparent; may be given again
+    #[arg(long, value_name = "N:ISO,HEX,OPACITY", value_parser = shell, allow_hyphen_values = true)]
+    pub shell: Vec<(usize, Shell)>,
+    /// How dvr colours values: bone, skin-and-bone, dry-skull, mummy, µct, one of your own, or a file: once for all, or once for each volume
+    #[arg(long, value_name = "NAME|FILE", value_delimiter = ',')]
+    pub transfer: Vec<String>,
+    /// A whole look, colours and isosurfaces, by the same names: once for all, or once for each volume
+    #[arg(long, value_name = "NAME|FILE", value_delimiter = ',', conflicts_with = "transfer")]
+    pub preset: Vec<String>,
+    /// How dvr integrates: exact, or steps:N with N points in a voxel's length [default: steps:2]
+    #[arg(long, value_name = "exact|steps:N", value_parser = integrator)]
+    pub integrator: Option<Integrator>,
+    /// Every pixel's first step of dvr is whole: rings instead of noise
+    #[arg(long)]
+    pub no_jitter: bool,
+    /// What lies between the samples, of opaque surfaces
+    #[arg(long, value_enum)]
+    pub reconstruction: Option<ReconstructionName>,
+    /// Which gradient shades
+    #[arg(long, value_enum)]
+    pub normals: Option<NormalsName>,
+    /// max, mean and xray of the gradient's magnitude, per mm
+    #[arg(long)]
+    pub gradient: bool,
+    /// From black to white, in values (xray: what --values would be without air); when absent what the picture holds, or on faces of cuts
+    /// 1000 about 400 HU, or the scan's range
+    #[arg(long, value_name = "W", value_parser = positive, requires = "level")]
+    pub window: Option<f64>,
+    /// The middle of the window
+    #[arg(long, value_name = "L", value_parser = number, allow_hyphen_values = true, requires = "window")]
+    pub level: Option<f64>,
+    /// Keeps n·x ≤ D, mm, of all volumes, or of volume N (from 1) alone; may be given again
+    #[arg(long, value_name = "NX,NY,NZ,D[@N]", value_parser = plane, allow_hyphen_values = true)]
+    pub clip: Vec<Clip>,
+    /// Keeps a box along the world's axes, mm; may be given again
+    #[arg(long, value_name = "X0,Y0,Z0,X1,Y1,Z1[@N]", value_parser = cuboid, allow_hyphen_values = true)]
+    pub crop: Vec<Clip>,
+    /// Keeps a cylinder along a direction, mm: a point of its axis, the direction, the radius; may be given again
+    #[arg(long, value_name = "X,Y,Z,DX,DY,DZ,R[@N]", value_parser = cylinder, allow_hyphen_values = true)]
+    pub cylinder: Vec<Clip>,
+    /// What cuts show of a volume
+    #[arg(long, value_enum)]
+    pub cut_face: Option<CutFaceName>,
+    /// How much of the background's colour the farthest takes on, 0 to 1
+    #[arg(long, value_name = "V", value_parser = share)]
+    pub depth_cue: Option<f64>,
+}
+
+/// What lies between the samples, by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ReconstructionName {
+    /// What everything is measured on.
+    Trilinear,
+    /// The tricubic B-spline through the samples: smooth and slow, for stills, and another surface.
+    Spline,
+}
+
+/// A gradient by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum NormalsName {
+    /// Central differences, interpolated: no edges between cells.
+    Smooth,
+    /// Of the interpolant itself.
+    Analytic,
+}
+
+/// What a cut shows, by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum CutFaceName {
+    /// The bone's section in its colour.
+    Bone,
+    /// All values as grey.
+    Density,
+    /// All volumes' values in their colours, added.
+    Blend,
+    /// The first volume's values less the second's.
+    Difference,
+    /// The nearest volume's values in the colours of its transfer function.
+    Transfer,
+}
+
+impl From<NormalsName> for Normals {
+    fn from(name: NormalsName) -> Self {
+        match name {
+            NormalsName::Smooth => Self::Smooth,
+            NormalsName::Analytic => Self::Analytic,
+        }
+    }
+}
+
+impl From<ReconstructionName> for Reconstruction {
+    fn from(name: ReconstructionName) -> Self {
+        match name {
+            ReconstructionName::Trilinear => Self::Trilinear,
+            ReconstructionName::Spline => Self::Spline,
+        }
+    }
+}
+
+impl From<CutFaceName> for CutFace {
+    fn from(name: CutFaceName) -> Self {
+        match name {
+            CutFaceName::Bone => Self::Bone,
+            CutFaceName::Density => Self::Density,
+            CutFaceName::Blend => Self::Blend,
+            CutFaceName::Difference => Self::Difference,
+            CutFaceName::Transfer => Self::Transfer,
+        }
+    }
+}
+
+fn no_volume(n: usize, count: usize) -> CommandError {
+    CommandError::Usage(format!("there is no volume {n}; there are {count}, counted from 1"))
+}
+
+/// Applies values that are given once for all, or once for each.
+pub fn set_each<L, V>(layers: &mut [L], values: &[V], option: &str, set: impl Fn(&mut L, &V)) -> Result<(), CommandError> {
+    let count = layers.len();
+    match values {
+        [] => {}
+        [one] => layers.iter_mut().for_each(|layer| set(layer, one)),
+        many if many.len() == count => layers.iter_mut().zip(many).for_each(|(layer, value)| set(layer, value)),
+        many => {
+            let text = format!("{option} is given {} times for {count} volumes; give it once for all, or once for each", many.len());
+            return Err(CommandError::Usage(text));
+        }
+    }
+    Ok(())
+}
+
+impl LookArgs {
+    /// Gives the scene this look, in `mode` where that is asked for.
+    pub fn apply(&self, opened: &mut Opened, mode: Option<Mode>) -> Result<(), CommandError> {
+        opened.scene.mode = mode.unwrap_or(opened.scene.mode);
+        self.apply_ready_made(opened)?;
+        self.apply_to_layers(&mut opened.scene)?;
+        self.apply_to_scene(&mut opened.scene)?;
+        self.apply_cuts(&mut opened.scene)
+    }
+
+    /// Presets and transfer functions.
+    fn apply_ready_made(&self, opened: &mut Opened) -> Result<(), CommandError> {
+        let scene = &mut opened.scene;
+        let find = |names: &[String]| names.iter().map(|name| presets::find(name)).collect::<Result<Vec<_>, _>>();
+        if !self.preset.is_empty() {
+            let mut layers: Vec<_> = scene.layers.iter_mut().zip(&opened.volumes).collect();
+            set_each(&mut layers, &find(&self.preset)?, "--preset", |(layer, volume), look| look.apply(layer, volume))?;
+            scene.transparent |= scene.mode == Mode::Iso && scene.layers.iter().any(|l| !l.shells.is_empty());
+        }
+        let set = |layer: &mut Layer, look: &Preset| layer.transfer = Some(look.transfer.clone());
+        set_each(&mut scene.layers, &find(&self.transfer)?, "--transfer", set)
+    }
+
+    /// Colours, opacities and further isosurfaces.
+    fn apply_to_layers(&self, scene: &mut Scene) -> Result<(), CommandError> {
+        set_each(&mut scene.layers, &self.opacity, "--opacity", |layer, v| layer.opacity = *v as f32)?;
+        set_each(&mut scene.layers, &self.color, "--color", |layer, c| layer.color = *c)?;
+        set_each(&mut scene.layers, &self.inner_color, "--inner-color", |layer, c| layer.inner_color = Some(*c))?;
+        let count = scene.layers.len();
+        for (n, shell) in &self.shell {
+            scene.layers.get_mut(n - 1).ok_or_else(|| no_volume(*n, count))?.shells.push(*shell);
+        }
+        scene.transparent |= scene.mode == Mode::Iso && !(self.opacity.is_empty() && self.shell.is_empty());
+        Ok(())
+    }
+
+    fn apply_to_scene(&self, scene: &mut Scene) -> Result<(), CommandError> {
+        scene.shadows |= self.shadows;
+        scene.of_gradient |= self.gradient;
+        scene.integrator = self.integrator.unwrap_or(scene.integrator);
+        if let (true, Integrator::Steps { jitter, .. }) = (self.no_jitter, &mut scene.integrator) {
+            *jitter = false;
+        }
+        scene.normals = self.normals.map_or(scene.normals, Into::into);
+        scene.reconstruction = self.reconstruction.map_or(scene.reconstruction, Into::into);
+        if self.reconstruction == Some(ReconstructionName::Spline) && !scene.is_opaque() {
+            let text = "--reconstruction spline is of opaque surfaces: use --mode overlay, or --mode iso without --opacity and --shell";
+            return Err(CommandError::Usage(text.into()));
+        }
+        scene.cut_face = self.cut_face.map_or(scene.cut_face, Into::into);
+        if let (Some(width), Some(level)) = (self.window, self.level) {
+            scene.window = Some(Window { width, level });
+        }
+        scene.depth_cue = self.depth_cue.map_or(scene.depth_cue, |v| v as f32);
+        Ok(())
+    }
+
+    fn apply_cuts(&self, scene: &mut Scene) -> Result<(), CommandError> {
+        let count = scene.layers.len();
+        for clip in self.clip.iter().chain(&self.crop).chain(&self.cylinder) {
+            if let Some(n) = clip.layers.iter().flatten().find(|n| **n >= count) {
+                return Err(no_volume(n + 1, count));
+            }
+            scene.clips.push(clip.clone());
+        }
+        Ok(())
+    }
+
+    /// A sentence for each option that changes nothing in a scene of such a mode.
+    pub fn idle(&self, scene: &Scene) -> Vec<String> {
+        let (dvr, projection) = (scene.mode == Mode::Dvr, scene.mode.is_projection());
+        let surfaces = matches!(scene.mode, Mode::Iso | Mode::Overlay);
+        let through = surfaces && !scene.is_opaque();
+        let cut = !scene.clips.is_empty() && !projection;
+        let faces = cut && scene.cut_face != CutFace::Bone;
+        let by_transfer = dvr || cut && scene.cut_face == CutFace::Transfer;
+        let steps = dvr && scene.integrator != Integrator::Exact;
+        let options = [
+            ("--shadows", self.shadows, surfaces),
+            ("--opacity", !self.opacity.is_empty(), surfaces),
+            ("--inner-color", !self.inner_color.is_empty(), through),
+            ("--shell", !self.shell.is_empty(), through),
+            ("--transfer", !self.transfer.is_empty(), by_transfer),
+            ("--integrator", self.integrator.is_some(), dvr),
+            ("--no-jitter", self.no_jitter, steps),
+            ("--normals", self.normals.is_some(), !projection && !scene.draws_spline()),
+            ("--gradient", self.gradient, projection),
+            ("--window and --level", self.window.is_some(), projection || faces),
+            ("--cut-face", self.cut_face.is_some(), cut),
+            ("--depth-cue", self.depth_cue.is_some(), !projection),
+        ];
+        let idle = options.iter().filter(|(_, is_given, counts)| *is_given && !counts);
+        let mut sentences: Vec<String> =
+            idle.map(|(name, ..)| format!("{name} changes nothing here: see docs/modes.md for what uses it")).collect();
+        let of_two = matches!(scene.cut_face, CutFace::Blend | CutFace::Difference);
+        let is_cut = |n: usize| scene.layers[n].visible && scene.clips.iter().any(|clip| clip.cuts(n));
+        if faces && of_two && (0..scene.layers.len()).filter(|n| is_cut(*n)).count() < 2 {
+            sentences.push("--cut-face shows the density alone: blend and difference are of two scans that one cut goes through".into());
+        }
+        sentences
+    }
+}
+
+fn integrator(text: &str) -> Result<Integrator, String> {
+    if text == "exact" {
+        return Ok(Integrator::Exact);
+    }
+    let count = text.strip_prefix("steps:").and_then(|n| n.parse::<f32>().ok()).filter(|n| PER_VOXEL.contains(n));
+    let steps = |per_voxel| Integrator::Steps { per_voxel, jitter: true };
+    count.map(steps).ok_or_else(|| "neither `exact` nor `steps:N` with N from 0.01 to 1000 points in a voxel's length".into())
+}
+
+fn shell(text: &str) -> Result<(usize, Shell), String> {
+    let parse = || {
+        let (n, rest) = text.split_once(':')?;
+        let [iso, color, opacity] = <[&str; 3]>::try_from(rest.split(',').collect::<Vec<_>>()).ok()?;
+        let opacity = opacity.parse::<f32>().ok().filter(|o| (0.0..=1.0).contains(o))?;
+        let iso = iso.parse::<f64>().ok().filter(|v| v.is_finite())?;
+        Some((n.parse::<usize>().ok().filter(|n| *n > 0)?, Shell { iso, color: Color::from_hex(color)?, opacity }))
+    };
+    parse().ok_or_else(|| "not a volume's number, an isovalue, a colour and an opacity such as 1:-300,d9a184,0.25".into())
+}
+
+/// Numbers, and the layer that stands behind `@`.
+fn placed<const N: usize>(text: &str, shape: impl Fn([f64; N]) -> Result<Shape, String>) -> Result<Clip, String> {
+    let (text, layer) = match text.split_once('@') {
+        Some((text, layer)) => {
+            (text, Some(layer.parse::<usize>().ok().filter(|n| *n > 0).ok_or("@ needs the number of a volume, from 1")?))
+        }
+        None => (text, None),
+    };
+    let shape = shape(numbers::<N>(text)?)?;
+    Ok(Clip { layers: layer.map(|n| vec![n - 1]), ..Clip::all(shape) })
+}
+
+fn plane(text: &str) -> Result<Clip, String> {
+    placed(text, |[x, y, z, offset_mm]| match DVec3::new(x, y, z) {
+        normal if normal.length() > 0.0 => Ok(Shape::Plane { normal: normal.normalize(), offset_mm: offset_mm / normal.length() }),
+        _ => Err("a plane needs a normal that is not 0".into()),
+    })
+}
+
+fn cuboid(text: &str) -> Result<Clip, String> {
+    placed(text, |[x0, y0, z0, x1, y1, z1]| {
+        let (low_mm, high_mm) = (DVec3::new(x0, y0, z0), DVec3::new(x1, y1, z1));
+        if low_mm.cmplt(high_mm).all() {
+            Ok(Shape::Box { low_mm, high_mm })
+        } else {
+            Err("its first corner is not below its second".into())
+        }
+    })
+}
+
+fn cylinder(text: &str) -> Result<Clip, String> {
+    placed(text, |[x, y, z, dx, dy, dz, radius_mm]| match DVec3::new(dx, dy, dz).try_normalize() {
+        Some(axis) if radius_mm > 0.0 => Ok(Shape::Cylinder { centre_mm: DVec3::new(x, y, z), axis, radius_mm }),
+        _ => Err("a cylinder needs a direction and a positive radius".into()),
+    })
+}

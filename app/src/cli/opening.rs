@@ -1,0 +1,28 @@
+//! From what a command names to scans that are open.
+
+use super::args::Isovalues;
+use super::error::CommandError;
+use super::look::set_each;
+use super::terminal::{warn, with_progress};
+use bregma_session::{Opened, Source};
+
+/// Opens what a command names, with the isovalues it gives, and says what is unusual.
+pub fn open(sources: &[Source], isovalues: &Isovalues) -> Result<Opened, CommandError> {
+    let mut opened = with_progress("reading", |progress| Opened::read(sources, progress))?;
+    set_isovalues(&mut opened, isovalues)?;
+    warn(&opened.warnings());
+    Ok(opened)
+}
+
+/// Sets the isovalues that are given, whatever a preset says.
+pub fn set_isovalues(opened: &mut Opened, isovalues: &Isovalues) -> Result<(), CommandError> {
+    set_each(&mut opened.scene.layers, &isovalues.iso, "--iso", |layer, iso| layer.iso = *iso)
+}
+
+/// Refuses to state lengths on a scan that nobody says the spacing of.
+pub fn require_spacing(opened: &Opened) -> Result<(), CommandError> {
+    match opened.volumes.iter().find(|v| !v.spacing_is_stated()) {
+        None => Ok(()),
+        Some(v) => Err(CommandError::NoSpacing(v.name().to_owned())),
+    }
+}

@@ -1,0 +1,110 @@
+//! Words and numbers of the command line. An error says what was expected; clap puts the option before it.
+
+use bregma_field::formats::{RawLayoutError, Reduce, Uneven};
+use bregma_renderer::{Color, Solver};
+use bregma_session::thickness::ThicknessMethod;
+use bregma_session::thickness_picture::Colors;
+use bregma_session::{Machine, Raw};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use glam::DVec3;
+
+/// Words, what each means, and that for `--help`.
+type Words<T> = &'static [(&'static str, T, &'static str)];
+
+pub const MACHINES: Words<Machine> = &[
+    ("auto", Machine::Auto, "A hardware GPU if there is one, else the CPU"),
+    ("cpu", Machine::Cpu, "The CPU"),
+    ("gpu", Machine::Gpu, "Any GPU, even a software driver"),
+];
+
+pub const METHODS: Words<ThicknessMethod> = &[
+    ("ray", ThicknessMethod::Ray, "Along rays of one direction"),
+    ("normal", ThicknessMethod::Normal, "Along the inward normal"),
+    ("sphere", ThicknessMethod::Sphere, "Of the largest inscribed sphere"),
+];
+
+pub const COLORS: Words<Colors> =
+    &[("viridis", Colors::Viridis, "Blue to yellow over green"), ("cividis", Colors::Cividis, "Blue to yellow")];
+
+/// One of a few words.
+pub fn one_of<T: Copy + Send + Sync + 'static>(words: Words<T>) -> impl TypedValueParser<Value = T> {
+    let meant = |word: String| words.iter().find(|(name, ..)| *name == word).map(|(_, meant, _)| *meant).ok_or("none of the words");
+    PossibleValuesParser::new(words.iter().map(|(name, _, help)| PossibleValue::new(*name).help(*help))).try_map(meant)
+}
+
+/// Behind the surfaces.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Background(pub Option<Color>);
+
+pub fn number(text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| "not a number".into())
+}
+
+pub fn positive(text: &str) -> Result<f64, String> {
+    number(text).ok().filter(|&v| v > 0.0).ok_or_else(|| "not a positive number".into())
+}
+
+/// A number from 0 to 1.
+pub fn share(text: &str) -> Result<f64, String> {
+    number(text).ok().filter(|v| (0.0..=1.0).contains(v)).ok_or_else(|| "not a number from 0 to 1".into())
+}
+
+pub fn field_of_view(text: &str) -> Result<f64, String> {
+    number(text).ok().filter(|&v| v > 0.0 && v < 180.0).ok_or_else(|| "not an angle between 0 and 180 degrees".into())
+}
+
+pub fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
+    let parts: Result<Vec<f64>, String> = text.split(',').map(|t| number(t.trim())).collect();
+    parts.ok().and_then(|p| p.try_into().ok()).ok_or_else(|| format!("not {N} numbers with commas between them"))
+}
+
+pub fn point(text: &str) -> Result<DVec3, String> {
+    numbers::<3>(text).map(DVec3::from)
+}
+
+pub fn pair(text: &str) -> Result<(f64, f64), String> {
+    numbers::<2>(text).map(|[a, b]| (a, b))
+}
+
+pub fn ball(text: &str) -> Result<(DVec3, f64), String> {
+    let [x, y, z, radius] = numbers::<4>(text)?;
+    if radius > 0.0 { Ok((DVec3::new(x, y, z), radius)) } else { Err("its radius is not positive".into()) }
+}
+
+pub fn spacing(text: &str) -> Result<DVec3, String> {
+    point(text).ok().filter(|s| s.min_element() > 0.0).ok_or_else(|| "not three positive lengths with commas between them".into())
+}
+
+pub fn reduce(text: &str) -> Result<Reduce, String> {
+    text.parse().ok().and_then(Reduce::every).ok_or_else(|| "neither 2 nor 4".into())
+}
+
+pub fn uneven(text: &str) -> Result<Uneven, String> {
+    match text {
+        "refuse" => Ok(Uneven::Refuse),
+        "resample" => Ok(Uneven::Resample),
+        _ => Err("neither `resample` nor `refuse`".into()),
+    }
+}
+
+pub fn raw(text: &str) -> Result<Raw, String> {
+    text.parse().map_err(|e: RawLayoutError| e.to_string())
+}
+
+pub fn size(text: &str) -> Result<(u32, u32), String> {
+    let parsed = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+    // A picture of 16,384² is 1 GiB of colours and as much of depths.
+    parsed.filter(|&(w, h)| (1..=16384).contains(&w) && (1..=16384).contains(&h)).ok_or_else(|| "not a size such as 1920x1080".into())
+}
+
+pub fn solver(text: &str) -> Result<Solver, String> {
+    text.parse()
+}
+
+pub fn color(text: &str) -> Result<Color, String> {
+    Color::from_hex(text).ok_or_else(|| "not a colour such as ead7b0".into())
+}
+
+pub fn background(text: &str) -> Result<Background, String> {
+    if text == "transparent" { Ok(Background(None)) } else { color(text).map(|c| Background(Some(c))) }
+}

@@ -1,0 +1,94 @@
+//! The scans of a command line, each with the options that stand behind it.
+
+use super::parsers::{raw, reduce, spacing, uneven};
+use bregma_field::formats::{Reduce, Uneven};
+use bregma_session::{Raw, Source};
+use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
+use glam::DVec3;
+use std::path::PathBuf;
+
+/// Scans with what belongs to each: `--transform`, `--spacing`, `--reduce`, `--uneven` and `--raw` apply to the file before
+/// them; all but the first, given before the first file, apply to all. At least `MIN` files.
+#[derive(Clone, Debug)]
+pub struct Sources<const MIN: usize>(pub Vec<Source>);
+
+impl<const MIN: usize> Args for Sources<MIN> {
+    fn augment_args(command: Command) -> Command {
+        let path = || clap::value_parser!(PathBuf);
+        let files = Arg::new("files").value_name("FILE").value_parser(path()).num_args(MIN..).required(MIN > 0);
+        let option = |name: &'static str, value: &'static str| Arg::new(name).long(name).value_name(value).action(ArgAction::Append);
+        command
+            .arg(
+                files
+                    .help("A scan, the folder or zip of a DICOM series (FOLDER#NUMBER where there are several) or of slices, or a session"),
+            )
+            .arg(
+                option("transform", "FILE").value_parser(path()).help(
+                    "Registration of the scan before it: JSON (4×4 rows; R and t; or pairs, chosen by name or FILE#NAME) or ITK .tfm",
+                ),
+            )
+            .arg(
+                option("spacing", "X,Y,Z")
+                    .value_parser(spacing)
+                    .help("Sample spacing of the scan before it, mm, where its file states none"),
+            )
+            .arg(option("reduce", "2|4").value_parser(reduce).help(
+                "Read only every 2nd or 4th sample along each axis of the scan before it: a preview that needs 1/8 or 1/64 of the memory",
+            ))
+            .arg(
+                option("uneven", "resample|refuse")
+                    .value_parser(uneven)
+                    .help("Slices of the scan before it that are not evenly spaced: interpolate them, or refuse them [default: refuse]"),
+            )
+            .arg(option("raw", "LAYOUT").value_parser(raw).help("The scan before it is headerless: WxHxD,u8|u16|i16|f32[,be][,skip=N]"))
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl<const MIN: usize> FromArgMatches for Sources<MIN> {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let placed = |name: &str| matches.indices_of(name).into_iter().flatten().collect::<Vec<_>>();
+        let files = matches.get_many::<PathBuf>("files").into_iter().flatten();
+        let mut sources: Vec<Source> = files.map(|f| Source { file: f.clone(), ..Source::default() }).collect();
+        let at = placed("files");
+        // Each option belongs to the last file before it; `None` is before all.
+        let owner = |index: usize| at.iter().rposition(|&file| file < index);
+        for (index, file) in placed("transform").into_iter().zip(matches.get_many::<PathBuf>("transform").into_iter().flatten()) {
+            let n = owner(index).ok_or_else(|| usage("--transform applies to the scan before it: name the scan first"))?;
+            sources[n].transform = Some(file.clone());
+        }
+        // The others, before all files, are for each of them.
+        fn each<T: Clone + Send + Sync + 'static>(
+            matches: &ArgMatches,
+            sources: &mut [Source],
+            name: &str,
+            owner: impl Fn(usize) -> Option<usize>,
+            set: impl Fn(&mut Source, T),
+        ) {
+            let indices = matches.indices_of(name).into_iter().flatten();
+            for (index, value) in indices.zip(matches.get_many::<T>(name).into_iter().flatten()) {
+                let first = owner(index);
+                let owned = sources.iter_mut().enumerate().filter(|(n, _)| first.is_none_or(|f| f == *n));
+                owned.for_each(|(_, source)| set(source, value.clone()));
+            }
+        }
+        each::<DVec3>(matches, &mut sources, "spacing", owner, |s, mm| s.spacing_mm = Some(mm));
+        each::<Raw>(matches, &mut sources, "raw", owner, |s, raw| s.raw = Some(raw));
+        each::<Reduce>(matches, &mut sources, "reduce", owner, |s, reduce| s.reduce = Some(reduce));
+        each::<Uneven>(matches, &mut sources, "uneven", owner, |s, uneven| s.uneven = uneven);
+        Ok(Self(sources))
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+/// A usage error with status 2, in clap's form.
+fn usage(message: &str) -> clap::Error {
+    clap::Error::raw(clap::error::ErrorKind::ValueValidation, format!("{message}\n"))
+}

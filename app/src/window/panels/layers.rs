@@ -1,0 +1,179 @@
+//! The left panel: how the volumes are put together, and one card for each.
+
+use super::super::bench::Bench;
+use super::super::measured::{Measured, Work};
+use super::super::widgets::{color, color_button, line, percent};
+use super::{cuts, histogram, modes, shells, transfer_editor};
+use bregma_field::Volume;
+use bregma_measure::export::suffix;
+use bregma_renderer::{Layer, Mode, Picture, Scene};
+use egui::{Align, Button, DragValue, Frame, Label, Layout, Panel, RichText, ScrollArea, Slider, SliderClamping, Ui};
+
+/// Shows the panel, where something is open, and applies what the person changes.
+pub fn show(ui: &mut Ui, bench: &mut Bench) {
+    if !bench.is_empty() {
+        Panel::left("layers").default_size(320.0).size_range(290.0..=520.0).show(ui, |ui| {
+            ui.add_space(4.0);
+            contents(ui, &mut bench.work, bench.view.painted.as_ref().map(|p| &p.picture));
+        });
+    }
+}
+
+/// `picture` is the newest one.
+fn contents(ui: &mut Ui, work: &mut Work, picture: Option<&Picture>) {
+    modes::show(ui, &mut work.opened.scene, &work.opened.volumes, picture);
+    ui.add_space(4.0);
+    let mut removed = None;
+    ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+        cuts::show(ui, work);
+        let scene = &mut work.opened.scene;
+        let shown = Shown::of(scene);
+        for (n, (volume, layer)) in work.opened.volumes.iter().zip(&mut scene.layers).enumerate() {
+            // Scans may share a name: their number tells their widgets apart.
+            ui.push_id(n, |ui| {
+                Frame::group(ui.style()).fill(ui.visuals().faint_bg_color).show(ui, |ui| {
+                    if card(ui, volume, layer, shown) {
+                        removed = Some(n);
+                    }
+                });
+            });
+            ui.add_space(4.0);
+        }
+    });
+    if let Some(n) = removed {
+        remove(work, n);
+    }
+}
+
+/// What of a layer its card has controls for.
+#[derive(Clone, Copy, PartialEq)]
+enum Shown {
+    /// The isosurface.
+    Surface,
+    /// The isosurface and its opacity.
+    Overlay,
+    /// Several isosurfaces with their opacities.
+    Shells,
+    /// The transfer function.
+    Transfer,
+    /// Nothing of its own.
+    Nothing,
+}
+
+impl Shown {
+    fn of(scene: &Scene) -> Self {
+        match scene.mode {
+            Mode::Overlay => Self::Overlay,
+            Mode::Iso if scene.transparent => Self::Shells,
+            Mode::Iso => Self::Surface,
+            Mode::Dvr => Self::Transfer,
+            Mode::Max | Mode::Mean | Mode::Xray => Self::Nothing,
+        }
+    }
+}
+
+fn remove(work: &mut Work, n: usize) {
+    let opened = &mut work.opened;
+    // The built-in pair comes first and has no files.
+    let without_file = opened.volumes.len() - opened.sources.len();
+    if let Some(source) = n.checked_sub(without_file) {
+        opened.sources.remove(source);
+    }
+    opened.volumes.remove(n);
+    opened.scene.layers.remove(n);
+    cuts::forget_layer(&mut opened.scene.clips, n);
+    if opened.volumes.is_empty() {
+        work.measured = Measured::default();
+        work.opened.measurements.clear();
+    }
+}
+
+/// One volume. True when it should be removed.
+fn card(ui: &mut Ui, volume: &Volume, layer: &mut Layer, shown: Shown) -> bool {
+    ui.set_width(ui.available_width());
+    let name = volume.name();
+    let removed = line(ui, |ui| {
+        let button = Button::new(RichText::new("×").size(18.0)).frame(false);
+        let remove = ui.add(button).on_hover_text("Remove from the window").accessible_name(format!("Remove {name}"));
+        ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+            color_button(ui, &mut layer.color, &format!("Colour of {name}"));
+            ui.checkbox(&mut layer.visible, "").on_hover_text("Show").accessible_name(format!("Show {name}"));
+            ui.add(Label::new(RichText::new(name).strong().size(15.0)).truncate());
+        });
+        remove.clicked()
+    });
+    let [nx, ny, nz] = volume.grid().dims();
+    let [sx, sy, sz] =
+        volume.grid().spacing_mm().to_array().map(|s| format!("{s:.3}").trim_end_matches('0').trim_end_matches('.').to_owned());
+    let spacing = if sx == sy && sy == sz { sx } else { format!("{sx} × {sy} × {sz}") };
+    ui.weak(format!("{nx} × {ny} × {nz}  ·  {spacing} mm")).on_hover_text("Samples along each axis, and the distances between them");
+    let text_color = if layer.visible { color(layer) } else { ui.visuals().weak_text_color() };
+    match shown {
+        Shown::Transfer => {
+            let name = layer.transfer.as_ref().map_or("bone", |t| t.name.as_str());
+            transfer_editor::presets_menu(ui, &format!("Look: {name}"), volume, layer);
+            transfer_editor::show(ui, volume, layer);
+        }
+        Shown::Shells => transfer_editor::presets_menu(ui, "Ready-made looks", volume, layer),
+        _ => {}
+    }
+    if matches!(shown, Shown::Transfer | Shown::Nothing) {
+        ui.weak("Bone, where a click measures:");
+    } else {
+        histogram::show(ui, volume, &mut layer.iso, text_color);
+        iso_slider(ui, volume, layer);
+    }
+    iso_number(ui, volume, layer);
+    if matches!(shown, Shown::Overlay | Shown::Shells) {
+        ui.horizontal(|ui| {
+            ui.weak("Opacity");
+            percent(ui, &mut layer.opacity, &format!("Opacity of {name}"));
+        });
+    }
+    if shown == Shown::Shells {
+        shells::show(ui, volume, layer);
+    }
+    if !volume.warnings().is_empty() {
+        let count = volume.warnings().len();
+        let title = if count == 1 { "1 warning".to_owned() } else { format!("{count} warnings") };
+        ui.collapsing(RichText::new(title).color(ui.visuals().warn_fg_color), |ui| {
+            for warning in volume.warnings() {
+                ui.label(warning);
+            }
+        });
+    }
+    removed
+}
+
+fn iso_slider(ui: &mut Ui, volume: &Volume, layer: &mut Layer) {
+    let [low, high] = volume.range();
+    ui.spacing_mut().slider_width = ui.available_width();
+    // A value from a session may lie outside the range: it stays until the person changes it.
+    let slider = Slider::new(&mut layer.iso, low..=high).clamping(SliderClamping::Edits).max_decimals(3).show_value(false);
+    ui.add(slider).accessible_name(format!("Isovalue of {}", volume.name()));
+}
+
+fn iso_number(ui: &mut Ui, volume: &Volume, layer: &mut Layer) {
+    let [low, high] = volume.range();
+    let (default, why) = volume.default_isovalue();
+    ui.horizontal_wrapped(|ui| {
+        let number = DragValue::new(&mut layer.iso).range(low..=high).clamp_existing_to_range(false).max_decimals(3);
+        // The first digits of a number are no isovalue yet.
+        let number = number.update_while_editing(false);
+        let number = number.speed((high - low) / 1000.0).suffix(suffix(volume.unit()));
+        ui.add(number).on_hover_text("Click to type the isovalue").accessible_name(format!("Isovalue of {} as a number", volume.name()));
+        if layer.iso == default {
+            ui.weak(format!("default: {why}")).on_hover_text("The isovalue that the scan opened with");
+        } else if ui.small_button(format!("Reset to {}{}", round(default), suffix(volume.unit()))).on_hover_text(why).clicked() {
+            layer.iso = default;
+        }
+        if !(low..=high).contains(&layer.iso) {
+            ui.colored_label(ui.visuals().warn_fg_color, "outside the scan's range");
+        }
+    });
+}
+
+/// Three decimals at most.
+fn round(value: f64) -> f64 {
+    (value * 1e3).round() / 1e3
+}

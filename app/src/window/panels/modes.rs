@@ -1,0 +1,137 @@
+//! How volumes become a picture: the mode, and what can be said about the one that is chosen.
+
+use super::super::widgets::{color_button, percent};
+use bregma_field::Volume;
+use bregma_renderer::{BACKGROUND, Integrator, Mode, Normals, Picture, Reconstruction, Scene, Window};
+use egui::{Align, DragValue, Grid, Layout, Ui};
+use std::sync::Arc;
+
+/// Each mode, its name, and what it shows.
+const MODES: [(Mode, &str, &str); 6] = [
+    (Mode::Iso, "Isosurface", "The nearest surface"),
+    (Mode::Overlay, "Overlay", "The nearer volume transparent, the other one opaque behind it: what one has more than the other shows"),
+    (Mode::Dvr, "Volume", "Looks through the density: every value has a colour and an opacity (direct volume rendering)"),
+    (Mode::Max, "Maximum", "The largest value along each line of sight: metal and enamel stand out, sutures are dark lines"),
+    (Mode::Mean, "Mean", "The mean of the values along each line of sight"),
+    (Mode::Xray, "X-ray", "The values along each line of sight added up, as on a radiograph"),
+];
+
+/// Shows the chooser and what the chosen mode uses. `picture` is the newest one.
+pub fn show(ui: &mut Ui, scene: &mut Scene, volumes: &[Arc<Volume>], picture: Option<&Picture>) {
+    ui.horizontal_top(|ui| {
+        Grid::new("modes").spacing([14.0, 2.0]).show(ui, |ui| {
+            for row in MODES.chunks(3) {
+                for &(mode, name, what) in row {
+                    ui.radio_value(&mut scene.mode, mode, name).on_hover_text(what);
+                }
+                ui.end_row();
+            }
+        });
+        ui.with_layout(Layout::right_to_left(Align::Min), |ui| {
+            let mut background = scene.background.unwrap_or(BACKGROUND);
+            if color_button(ui, &mut background, "Background colour") {
+                scene.background = Some(background);
+            }
+        });
+    });
+    ui.horizontal(|ui| {
+        if scene.mode == Mode::Iso {
+            let text = "Surfaces let those behind them show through; each volume may have several";
+            ui.checkbox(&mut scene.transparent, "Transparent").on_hover_text(text);
+        }
+        if matches!(scene.mode, Mode::Iso | Mode::Overlay) {
+            let text = "Surfaces keep the light from each other; transparent ones let through what they do of what lies behind them";
+            ui.checkbox(&mut scene.shadows, "Shadows").on_hover_text(text);
+        }
+        if scene.is_opaque() {
+            let mut spline = scene.reconstruction == Reconstruction::Spline;
+            let text = "Draws the tricubic B-spline through the samples instead of the trilinear interpolant, which is measured: smooth, slow, and \
+                another surface, for pictures";
+            if ui.checkbox(&mut spline, "Spline").on_hover_text(text).changed() {
+                scene.reconstruction = if spline { Reconstruction::Spline } else { Reconstruction::Trilinear };
+            }
+        }
+        if scene.mode == Mode::Dvr {
+            integrator(ui, &mut scene.integrator);
+        }
+        if scene.mode.is_projection() {
+            let text = "How fast the value changes, per mm, instead of the value: edges, and no flat tissue";
+            if ui.checkbox(&mut scene.of_gradient, "Of the gradient").on_hover_text(text).changed() {
+                // What was black and white among values says nothing about gradients.
+                scene.window = None;
+            }
+        }
+    });
+    if scene.mode.is_projection() {
+        window(ui, &mut scene.window, || projected(scene.mode, volumes, picture));
+    } else {
+        shading(ui, scene);
+    }
+}
+
+fn integrator(ui: &mut Ui, integrator: &mut Integrator) {
+    let mut steps = if let Integrator::Steps { per_voxel, jitter } = *integrator { (per_voxel, jitter) } else { (2.0, true) };
+    let is_exact = *integrator == Integrator::Exact;
+    let exact =
+        ui.radio(is_exact, "Exact").on_hover_text("Every cell in the pieces that the colours divide it into; slower, and without noise");
+    let stepwise = ui.radio(!is_exact, "Steps").on_hover_text("The value at points that lie evenly apart along each line of sight");
+    if exact.clicked() {
+        *integrator = Integrator::Exact;
+    } else if stepwise.clicked() || !is_exact {
+        if !is_exact {
+            let number = DragValue::new(&mut steps.0).range(0.25..=32.0).speed(0.02).max_decimals(2).suffix(" per voxel");
+            ui.add(number).on_hover_text("Points in a voxel's length, of the finest scan").accessible_name("Steps per voxel");
+            ui.checkbox(&mut steps.1, "Jitter").on_hover_text("Begins each pixel's steps elsewhere: fine noise instead of rings");
+        }
+        *integrator = Integrator::Steps { per_voxel: steps.0, jitter: steps.1 };
+    }
+}
+
+fn shading(ui: &mut Ui, scene: &mut Scene) {
+    ui.horizontal(|ui| {
+        ui.weak("Shading");
+        ui.radio_value(&mut scene.normals, Normals::Smooth, "smooth")
+            .on_hover_text("By central differences, interpolated: no edges between cells");
+        ui.radio_value(&mut scene.normals, Normals::Analytic, "by cell")
+            .on_hover_text("By the interpolant's own gradient: what the surface truly has, with an edge at each cell's face");
+    });
+    ui.horizontal(|ui| {
+        ui.weak("Depth cue").on_hover_text("How much of the background's colour the farthest takes on");
+        percent(ui, &mut scene.depth_cue, "Depth cue");
+    });
+}
+
+/// Which values are black and which white; `first` is what an own choice begins with.
+pub fn window(ui: &mut Ui, window: &mut Option<Window>, first: impl FnOnce() -> Window) {
+    ui.horizontal(|ui| {
+        let mut automatic = window.is_none();
+        let hint = "Black and white by what the picture holds, or else by the width and the middle of the grey values";
+        if ui.checkbox(&mut automatic, "Automatic contrast").on_hover_text(hint).changed() {
+            *window = if automatic { None } else { Some(first()) };
+        }
+        if let Some(window) = window {
+            let speed = (window.width.abs() / 200.0).max(1e-6);
+            let number = |value| DragValue::new(value).speed(speed).max_decimals(2).update_while_editing(false);
+            ui.add(number(&mut window.width).range(0.0..=f64::INFINITY).prefix("W "))
+                .on_hover_text("Width: from black to white, in values")
+                .accessible_name("Window width");
+            ui.add(number(&mut window.level).prefix("L "))
+                .on_hover_text("Level: the value that is middle grey")
+                .accessible_name("Window level");
+        }
+    });
+}
+
+/// About what a projection is shown by when nothing is said.
+fn projected(mode: Mode, volumes: &[Arc<Volume>], picture: Option<&Picture>) -> Window {
+    let ends = |values: &mut dyn Iterator<Item = f64>| {
+        values.filter(|v| v.is_finite()).map(|v| [v; 2]).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
+    };
+    let held = picture.and_then(|p| ends(&mut p.values.iter().map(|v| f64::from(*v))));
+    match held {
+        // The picture shows what is more than air's.
+        Some([low, high]) if mode == Mode::Xray => Window::between([0.0, high - low.min(0.0)]),
+        Some(held) => Window::between(held),
+        None => Window::between(ends(&mut volumes.iter().flat_map(|v| v.range())).unwrap_or([0.0, 1.0])),
+    }
+}

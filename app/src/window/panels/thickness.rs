@@ -1,0 +1,250 @@
+//! The map of thickness: what is measured, how it is coloured, and what it says in numbers.
+
+use super::super::bench::Bench;
+use super::super::job::Job;
+use super::super::measured::Work;
+use bregma_measure::thickness::Statistics;
+use bregma_renderer::{Mode, Scene};
+use bregma_session::thickness::{Coat, Map, Order, ThicknessMethod};
+use bregma_session::thickness_picture::{Colors, Scale, share, white};
+use bregma_session::{Landmark, save};
+use egui::{Align2, Color32, Context, DragValue, FontId, Grid, Rect, Role, Sense, Ui, WidgetInfo, Window, pos2, vec2};
+use rfd::FileDialog;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// The panel.
+#[derive(Default)]
+pub struct ThicknessPanel {
+    /// On the screen.
+    pub open: bool,
+    method: ThicknessMethod,
+    /// Number of the scan.
+    index: usize,
+    /// How far around the last landmark; everywhere when absent.
+    patch_mm: Option<f64>,
+    colors: Colors,
+    /// Ends of the colours where they are not those of the values.
+    ends_mm: Option<[f64; 2]>,
+    job: Option<Job<Map>>,
+    coat: Option<Arc<Coat>>,
+    /// The surface keeps its own colour though there is a map of it.
+    hidden: bool,
+}
+
+/// Each method, its name, and what it answers.
+const METHODS: [(ThicknessMethod, &str, &str); 3] = [
+    (ThicknessMethod::Normal, "Along the normal", "Straight through the wall, as a section across it shows"),
+    (
+        ThicknessMethod::Sphere,
+        "Inscribed sphere",
+        "The diameter of the largest sphere in the bone that holds the point: the same from both sides",
+    ),
+    (ThicknessMethod::Ray, "Along the view", "Along the direction of the view when it is measured"),
+];
+
+impl ThicknessPanel {
+    /// The finished map with its colours.
+    pub fn coat(&self) -> Option<&Arc<Coat>> {
+        self.coat.as_ref()
+    }
+
+    /// Takes what the thread brought; `Err` is a sentence for the person.
+    pub fn poll(&mut self) -> Result<(), String> {
+        let Some(result) = self.job.as_ref().and_then(Job::poll) else { return Ok(()) };
+        self.job = None;
+        let map = Arc::new(result.map_err(|e| format!("The thickness was not measured: {e}"))?);
+        (self.hidden, self.ends_mm) = (false, None);
+        self.coat = Some(Arc::new(Coat { scale: self.scale(&map), map }));
+        Ok(())
+    }
+
+    fn scale(&self, map: &Map) -> Scale {
+        Scale { colors: self.colors, ends_mm: self.ends_mm.unwrap_or(map.ends_mm()) }
+    }
+
+    /// The scene to paint on and the coat, while the map is shown and is of what is open.
+    pub fn painting(&self, work: &Work) -> Option<(Scene, Arc<Coat>)> {
+        let coat = self.coat.as_ref().filter(|_| self.open && !self.hidden)?;
+        let index = coat.map.index_in(&work.opened)?;
+        let mut scene = white(work.opened.scene.clone());
+        (scene.mode, scene.transparent) = (Mode::Iso, false);
+        scene.layers.iter_mut().enumerate().for_each(|(n, layer)| layer.visible = n == index);
+        Some((scene, Arc::clone(coat)))
+    }
+
+    /// Shows the window, if it is open.
+    pub fn show(&mut self, ctx: &Context, bench: &mut Bench) {
+        let mut open = self.open;
+        let window = Window::new("Thickness map").open(&mut open).default_width(300.0).resizable(false).default_pos([960.0, 60.0]);
+        if self.open {
+            window.show(ctx, |ui| self.contents(ui, bench));
+            self.open = open;
+        }
+    }
+
+    fn contents(&mut self, ui: &mut Ui, bench: &mut Bench) {
+        let work = &bench.work;
+        if let Some(job) = &self.job {
+            if job.ui(ui) {
+                self.job = None;
+            }
+            return;
+        }
+        self.question(ui, work);
+        let Some(coat) = self.coat.clone() else { return };
+        ui.separator();
+        if coat.map.index_in(&work.opened).is_none() {
+            ui.colored_label(ui.visuals().warn_fg_color, "The scan, its isovalue or its place has changed: measure again.");
+        }
+        ui.strong(&coat.map.title);
+        legend(ui, &coat);
+        statistics(ui, &coat.map.statistics);
+        let mut shown = !self.hidden;
+        ui.checkbox(&mut shown, "Show on the surface");
+        self.hidden = !shown;
+        self.colors(ui, &coat);
+        let save = ui.button("Save map…").on_hover_text("The points as CSV, or the coloured surface as PLY");
+        if let (true, Some(coat)) = (save.clicked(), self.coat.clone()) {
+            bench.save(ui.ctx(), pick, move |_, file| save::map(file, &coat));
+        }
+    }
+
+    /// The colours and their ends.
+    fn colors(&mut self, ui: &mut Ui, coat: &Coat) {
+        ui.horizontal(|ui| {
+            ui.radio_value(&mut self.colors, Colors::Viridis, "Viridis");
+            ui.radio_value(&mut self.colors, Colors::Cividis, "Cividis").on_hover_text("The same for people who confuse red and green");
+        });
+        ui.horizontal(|ui| {
+            let mut automatic = self.ends_mm.is_none();
+            let hint = "From 0 to what 95 % of the surface is below; fixed ends make maps of several skulls comparable";
+            if ui.checkbox(&mut automatic, "Automatic range").on_hover_text(hint).changed() {
+                self.ends_mm = if automatic { None } else { Some(coat.scale.ends_mm) };
+            }
+            if let Some([low, high]) = &mut self.ends_mm {
+                let number = |value, range| DragValue::new(value).range(range).speed(0.05).max_decimals(2).suffix(" mm");
+                let (least, greatest) = (*high - 0.01, *low + 0.01);
+                ui.add(number(low, 0.0..=least)).accessible_name("Least thickness of the colours");
+                ui.add(number(high, greatest..=1000.0)).accessible_name("Greatest thickness of the colours");
+            }
+        });
+        let scale = self.scale(&coat.map);
+        if scale != coat.scale {
+            self.coat = Some(Arc::new(Coat { scale, map: Arc::clone(&coat.map) }));
+        }
+    }
+
+    /// What is to be measured.
+    fn question(&mut self, ui: &mut Ui, work: &Work) {
+        let opened = &work.opened;
+        self.index = self.index.min(opened.volumes.len().saturating_sub(1));
+        if opened.volumes.len() > 1 {
+            ui.horizontal_wrapped(|ui| {
+                for (n, volume) in opened.volumes.iter().enumerate() {
+                    ui.push_id(n, |ui| ui.radio_value(&mut self.index, n, volume.name()));
+                }
+            });
+        }
+        for (method, name, what) in METHODS {
+            ui.radio_value(&mut self.method, method, name).on_hover_text(what);
+        }
+        self.place(ui, work.measured.landmarks.last());
+        if ui.button("Measure the thickness").clicked()
+            && let Some(order) = self.order(work)
+        {
+            self.job = Some(Job::start(ui.ctx(), "Measuring".into(), move |progress| order.measure(progress)));
+        }
+    }
+
+    /// Where it is to be measured.
+    fn place(&mut self, ui: &mut Ui, last: Option<&Landmark>) {
+        ui.horizontal(|ui| {
+            let mut everywhere = self.patch_mm.is_none() || last.is_none();
+            ui.radio_value(&mut everywhere, true, "Whole surface").on_hover_text("What the cuts leave of it");
+            ui.add_enabled_ui(last.is_some(), |ui| {
+                let hint = "A landmark says where (Measure › Landmark): the last one counts";
+                ui.radio_value(&mut everywhere, false, "Around a landmark").on_hover_text(hint).on_disabled_hover_text(hint);
+            });
+            self.patch_mm = if everywhere { None } else { Some(self.patch_mm.unwrap_or(20.0)) };
+        });
+        if let (Some(patch_mm), Some(last)) = (&mut self.patch_mm, last) {
+            ui.horizontal(|ui| {
+                ui.weak("within");
+                ui.add(DragValue::new(patch_mm).range(0.5..=1000.0).speed(0.2).max_decimals(1).suffix(" mm"))
+                    .accessible_name("Radius of the patch");
+                ui.weak(format!("of {}", last.name));
+            });
+        }
+    }
+
+    /// What is asked for, if there is a scan.
+    fn order(&self, work: &Work) -> Option<Order> {
+        let (opened, last) = (&work.opened, work.measured.landmarks.last());
+        let (volume, layer) = (opened.volumes.get(self.index)?, opened.scene.layers.get(self.index)?);
+        let name = METHODS.iter().find(|(m, ..)| *m == self.method).map_or("", |(_, name, _)| name).to_lowercase();
+        let patch = self.patch_mm.and_then(|mm| Some((last?, mm)));
+        let place = patch.map(|(landmark, mm)| format!(", within {mm} mm of {}", landmark.name)).unwrap_or_default();
+        let title = format!("{}, thickness {name}{place}", volume.name());
+        let mut order = Order::new(volume, layer, self.index, self.method.along(opened.scene.camera.basis().forward), title);
+        (order.clips, order.patch) = (opened.scene.clips.clone(), patch.map(|(landmark, mm)| (landmark.point_mm, mm)));
+        Some(order)
+    }
+}
+
+/// The dialog that asks where the map is saved.
+fn pick(dialog: FileDialog) -> Option<Vec<PathBuf>> {
+    let dialog = dialog.add_filter("CSV table", &["csv"]).add_filter("PLY surface", &["ply"]);
+    dialog.set_file_name("thickness.csv").save_file().map(|file| vec![file])
+}
+
+/// The colours with their millimetres, and above them how much of the surface has each.
+fn legend(ui: &mut Ui, coat: &Coat) {
+    let (rect, response) = ui.allocate_exact_size(vec2(280.0, 78.0), Sense::hover());
+    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, "Legend of the thickness"));
+    let [low, high] = coat.scale.ends_mm;
+    let (statistics, painter) = (&coat.map.statistics, ui.painter_at(rect));
+    let bar = Rect::from_min_max(rect.min + vec2(12.0, 44.0), rect.max - vec2(24.0, 20.0));
+    for n in 0..bar.width() as usize {
+        let mm = low + (high - low) * (n as f64 + 0.5) / f64::from(bar.width());
+        let [r, g, b] = coat.scale.color(mm as f32);
+        let x = bar.left() + n as f32;
+        let column = |top: f32, bottom: f32| Rect::from_min_max(pos2(x, top), pos2(x + 1.0, bottom));
+        painter.rect_filled(column(bar.top(), bar.bottom()), 0.0, Color32::from_rgb(r, g, b));
+        if let Some(share) = share(statistics, mm) {
+            let height = share as f32 * 40.0;
+            painter.rect_filled(column(bar.top() - 2.0 - height, bar.top() - 2.0), 0.0, Color32::from_gray(150));
+        }
+    }
+    for n in 0..=4 {
+        let part = n as f32 / 4.0;
+        let text = format!("{:.1}", low + (high - low) * f64::from(part));
+        let at = pos2(bar.left() + part * bar.width(), bar.bottom() + 3.0);
+        painter.text(
+            at,
+            Align2::CENTER_TOP,
+            if n == 4 { text + " mm" } else { text },
+            FontId::proportional(12.0),
+            ui.visuals().text_color(),
+        );
+    }
+    response.on_hover_text("Above the colours: how much of the surface is that thick. Grey on the surface: not known, or not asked for.");
+}
+
+fn statistics(ui: &mut Ui, statistics: &Statistics) {
+    let [least, greatest, p5, p25, median, p75, p95] = statistics.quantiles_mm;
+    Grid::new("statistics").spacing([14.0, 2.0]).show(ui, |ui| {
+        for (name, text) in [
+            ("mean ± deviation", format!("{:.2} ± {:.2} mm", statistics.mean_mm, statistics.deviation_mm)),
+            ("median", format!("{median:.2} mm")),
+            ("half of the surface", format!("{p25:.2} to {p75:.2} mm")),
+            ("90 % of it", format!("{p5:.2} to {p95:.2} mm")),
+            ("all", format!("{least:.2} to {greatest:.2} mm")),
+            ("area", format!("{:.0} mm²", statistics.area_mm2)),
+        ] {
+            ui.weak(name);
+            ui.label(text);
+            ui.end_row();
+        }
+    });
+}

@@ -1,0 +1,10 @@
+//! The picture: what is drawn, over it, and what the mouse does there.
+
+pub mod cast;
+pub mod compare_bar;
+mod cut_handles;
+pub mod marks;
+pub mod navigate;
+pub mod painter;
+mod threshold_curve;
+pub mod view;

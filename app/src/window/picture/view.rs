@@ -1,0 +1,244 @@
+//! The picture: what the mouse does on it, and its pixels on the screen.
+
+use super::super::measured::{Measured, Tool, Work, landmark_at, normal_ray, picked};
+use super::cast::{Found, cast};
+use super::compare_bar;
+use super::cut_handles::{self, Held};
+use super::marks::{self, Screen};
+use super::navigate;
+use super::painter::{self, Painted};
+use bregma_renderer::Ray;
+use bregma_session::Compare;
+use egui::emath::GuiRounding;
+use egui::{Color32, ColorImage, PointerButton, Pos2, Rect, Response, Role, Sense, TextureHandle, TextureOptions, Ui, WidgetInfo};
+use std::f64::consts::PI;
+
+/// The picture on the screen.
+#[derive(Default)]
+pub struct View {
+    texture: Option<TextureHandle>,
+    /// The newest picture; kept for saving.
+    pub painted: Option<Painted>,
+    /// Its place on the screen, in points.
+    pub rect: Option<Rect>,
+    /// What a click does.
+    tool: Tool,
+    /// The first of two clicked points.
+    first_point: Option<bregma_field::WorldPoint>,
+    /// The cut that the mouse holds.
+    held: Held,
+    /// When the mouse last moved the view or a layer changed, in the window's seconds.
+    moved_at: f64,
+}
+
+/// A view that has not moved for so long is at rest: longer than the pause between two clicks of a wheel.
+const REST_S: f64 = 0.2;
+
+impl View {
+    /// What a click does.
+    pub fn tool(&self) -> Tool {
+        self.tool
+    }
+
+    /// Chooses what a click does.
+    pub fn take_tool(&mut self, tool: Tool) {
+        self.tool = tool;
+        self.forget_first_point();
+    }
+
+    /// The next of two clicks is the first again.
+    pub fn forget_first_point(&mut self) {
+        self.first_point = None;
+    }
+
+    /// Takes a new picture to the screen.
+    pub fn take(&mut self, ctx: &egui::Context, mut painted: Painted) {
+        let image = std::mem::take(&mut painted.image);
+        self.put(ctx, image, painted.reduction);
+        self.painted = Some(painted);
+    }
+
+    fn put(&mut self, ctx: &egui::Context, image: ColorImage, reduction: u32) {
+        // Exact pixels stand one to one on the screen; a preview is smoothed.
+        let options = if reduction == 1 { TextureOptions::NEAREST } else { TextureOptions::LINEAR };
+        match &mut self.texture {
+            Some(texture) => texture.set(image, options),
+            none => *none = Some(ctx.load_texture("picture", image, options)),
+        }
+    }
+
+    /// Puts the compared pictures together anew where the line or the time has moved on.
+    fn join(&mut self, compare: Compare, ctx: &egui::Context) {
+        let Some(mut painted) = self.painted.take() else { return };
+        let (compare, at_s) = (compare.reduced(painted.reduction), ctx.time());
+        if let Compare::Flicker { per_s } = compare
+            && painted.parts.len() == 2
+        {
+            ctx.request_repaint_after_secs((((at_s * per_s).floor() + 1.0) / per_s - at_s) as f32);
+        }
+        // Pictures of another size, or one of all scans, are on their way.
+        let is_side = |compare| compare == Compare::SideBySide;
+        let fits = painted.parts.len() == 2 && compare != Compare::Off && is_side(compare) == is_side(painted.joined.0);
+        let joined = (compare, compare.turn(at_s));
+        if let Some(picture) = (fits && painted.joined != joined).then(|| compare.join(&painted.parts, at_s)).flatten() {
+            self.put(ctx, painter::image(&picture), painted.reduction);
+            (painted.picture, painted.joined) = (picture, joined);
+        }
+        self.painted = Some(painted);
+    }
+
+    /// The parts of the screen that show the scene, with their pixels: one, or two side by side.
+    fn panes(&self, work: &Work, rect: Rect, size: [u32; 2]) -> Vec<(Rect, [u32; 2])> {
+        let mut left = rect.left();
+        let pane = |[width, height]: [u32; 2]| {
+            let right = left + width as f32 / size[0] as f32 * rect.width();
+            let pane = Rect::from_x_y_ranges(left..=right, rect.y_range());
+            left = if work.opened.compare == Compare::SideBySide { right } else { left };
+            (pane, [width, height])
+        };
+        let mut panes: Vec<_> = work.opened.compare.sizes(&work.opened.scene, size).into_iter().map(pane).collect();
+        panes.truncate(if work.opened.compare == Compare::SideBySide { 2 } else { 1 });
+        panes
+    }
+
+    /// Shows the picture and lets the mouse work on it. Gives its size in pixels; `Err` is a sentence for the person.
+    pub fn show(&mut self, ui: &mut Ui, work: &mut Work, found: &[Found], hovered_mm: Option<f64>) -> Result<[u32; 2], String> {
+        let pixels_per_point = ui.pixels_per_point();
+        let rect = ui.available_rect_before_wrap().round_to_pixels(pixels_per_point);
+        let size = [rect.width(), rect.height()].map(|n| (n * pixels_per_point).round().max(1.0) as u32);
+        self.rect = Some(rect);
+        let place = ui.allocate_rect(rect, Sense::hover());
+        // At its rim, the mouse takes hold of the neighbouring panels' edges instead.
+        let rim = ui.style().interaction.resize_grab_radius_side;
+        let response = ui.interact(rect.shrink(rim), place.id.with("mouse"), Sense::click_and_drag());
+        response.widget_info(|| WidgetInfo::labeled(Role::Image, true, "Picture"));
+        let mut told = Ok(size);
+        if response.clicked_by(PointerButton::Primary)
+            && let Some(at) = response.interact_pointer_pos()
+        {
+            let pane = self.panes(work, rect, size).into_iter().find(|(pane, _)| pane.contains(at));
+            told = pane.map_or(Ok(()), |(pane, pixels)| self.click(work, pane, pixels, at)).map(|()| size);
+        }
+        if self.navigate(ui, &response, work, rect) {
+            self.moved_at = ui.ctx().time();
+        }
+
+        self.join(work.opened.compare, ui.ctx());
+        let panes = self.panes(work, rect, size);
+        let painter = ui.painter_at(rect);
+        if let Some(texture) = &self.texture {
+            let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
+            painter.image(texture.id(), rect, whole, Color32::WHITE);
+        }
+        compare_bar::line(ui, &mut work.opened.compare, rect);
+        let bounds = work.opened.bounds();
+        if let Some((pane, pixels)) = panes.first() {
+            cut_handles::show(ui, &mut work.opened.scene, &bounds, *pane, *pixels, &mut self.held);
+        }
+        for (rect, size) in panes.iter().copied() {
+            let screen = Screen { camera: &work.opened.scene.camera, rect, size };
+            marks(&ui.painter_at(rect), &screen, &work.measured, found, hovered_mm);
+        }
+        if let Some((rect, size)) = panes.last().copied() {
+            marks::scale_bar(ui, &Screen { camera: &work.opened.scene.camera, rect, size });
+        }
+        told
+    }
+
+    /// Nothing moved lately and no button is held. Asks for another look when that time comes.
+    pub fn is_resting(&self, ctx: &egui::Context) -> bool {
+        let left = self.moved_at + REST_S - ctx.time();
+        if left > 0.0 {
+            ctx.request_repaint_after_secs(left as f32);
+        }
+        left <= 0.0 && !ctx.input(|i| i.pointer.any_down())
+    }
+
+    /// As in 3D Slicer: left rotates, middle or Shift+left pans, right or the wheel zooms, Ctrl+left rolls.
+    fn navigate(&self, ui: &Ui, response: &Response, work: &mut Work, rect: Rect) -> bool {
+        let camera = &mut work.opened.scene.camera;
+        let before = *camera;
+        let (modifiers, wheel, pinch) = ui.input(|i| (i.modifiers, i.smooth_scroll_delta().y, i.zoom_delta()));
+        let delta = response.drag_delta();
+        let (dx, dy, height) = (f64::from(delta.x), f64::from(delta.y), f64::from(rect.height()));
+        let left = response.dragged_by(PointerButton::Primary);
+        if response.dragged_by(PointerButton::Middle) || left && modifiers.shift {
+            navigate::pan(camera, dx, dy, height);
+        } else if left && modifiers.command {
+            if let Some(to) = response.interact_pointer_pos() {
+                let angle = (to - delta - rect.center()).angle() - (to - rect.center()).angle();
+                navigate::roll(camera, -f64::from(angle));
+            }
+        } else if left {
+            // The height of the view turns the skull by half a turn.
+            navigate::rotate(camera, dx * PI / height, dy * PI / height);
+        } else if response.dragged_by(PointerButton::Secondary) {
+            // Pulling the mouse toward oneself brings the skull nearer.
+            navigate::zoom(camera, (dy * 4.0 / height).exp());
+        }
+        if response.hovered() && (wheel != 0.0 || pinch != 1.0) {
+            navigate::zoom(camera, (f64::from(wheel) * 0.004).exp() * f64::from(pinch));
+        }
+        *camera != before
+    }
+
+    /// The only volume that can be seen at a point of the screen, while scans are compared.
+    fn shown_at(&self, rect: Rect, size: [u32; 2], at: Pos2) -> Option<usize> {
+        let painted = self.painted.as_ref().filter(|p| p.parts.len() == 2)?;
+        let whole = self.rect.unwrap_or(rect);
+        let scale = size[1] as f32 / rect.height() / painted.reduction as f32;
+        let [x, y] = [(at.x - whole.left()) * scale, (at.y - whole.top()) * scale].map(|v| v.max(0.0) as usize);
+        let id = painted.picture.volume_id.get(y * painted.picture.width as usize + x)?;
+        usize::from(*id).checked_sub(1)
+    }
+
+    /// What the tool does at a point of the screen.
+    fn click(&mut self, work: &mut Work, rect: Rect, size: [u32; 2], at: Pos2) -> Result<(), String> {
+        let (x, y) = Screen { camera: &work.opened.scene.camera, rect, size }.pixel(at);
+        // A missed click costs no measurement.
+        let missed = || "No bone there: click on a surface.".to_owned();
+        if self.tool == Tool::View {
+            let ray = cast(work, x, y, size)?.ok_or("No bone there: click on a surface to cast the difference ray through it.")?;
+            work.measured.add_ray(ray);
+            return Ok(());
+        }
+        let shown = self.shown_at(rect, size, at);
+        let (surface, point) = picked(work, shown, &work.opened.scene.camera.ray(x, y, size[0], size[1]))?.ok_or_else(missed)?;
+        match self.tool {
+            Tool::Normal => {
+                work.measured.add_ray(normal_ray(&surface, point).ok_or("The surface has no direction there: click beside it.")?);
+            }
+            Tool::Landmark => work.measured.add_landmark(landmark_at(&surface, point)),
+            _ => match self.first_point.take() {
+                None => {
+                    self.first_point = Some(point);
+                    return Err("Now click on the second point.".into());
+                }
+                Some(first) => {
+                    let ray = Ray::new(first, point.0 - first.0).ok_or("The two points are one: click on another.")?;
+                    // From a little before the first point, so that the surface there is seen.
+                    work.measured.add_ray(Ray { origin: ray.at(-POINTS_BEFORE_MM), ..ray });
+                }
+            },
+        }
+        Ok(())
+    }
+}
+
+/// What is drawn over a picture.
+fn marks(painter: &egui::Painter, screen: &Screen<'_>, measured: &Measured, found: &[Found], hovered_mm: Option<f64>) {
+    for (_, (named, found)) in measured.rays.iter().zip(found).enumerate().filter(|(n, _)| *n != measured.selected) {
+        marks::other_ray(painter, screen, found, named);
+    }
+    if let Some(found) = found.get(measured.selected) {
+        marks::ray(painter, screen, found);
+        if let Some(t_mm) = hovered_mm {
+            marks::hovered(painter, screen, found, t_mm);
+        }
+    }
+    measured.landmarks.iter().for_each(|landmark| marks::landmark(painter, screen, landmark));
+    marks::directions(painter, screen);
+}
+
+/// See [`View::click`].
+const POINTS_BEFORE_MM: f64 = 2.0;

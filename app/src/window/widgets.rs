@@ -1,0 +1,60 @@
+//! Parts that several panels have.
+
+use bregma_renderer::{Color, Layer};
+use egui::{Align, Color32, DragValue, Layout, Slider, Ui};
+use glam::DVec3;
+
+/// A line of its own height that is filled from the right.
+pub fn line<R>(ui: &mut Ui, add: impl FnOnce(&mut Ui) -> R) -> R {
+    ui.horizontal(|ui| ui.with_layout(Layout::right_to_left(Align::Center), add).inner).inner
+}
+
+/// A slider from 0 to 100 %, as wide as there is room.
+pub fn percent(ui: &mut Ui, share: &mut f32, name: &str) {
+    // Room for "100 %": a row wider than the panel would widen it.
+    ui.spacing_mut().slider_width = ui.available_width() - 75.0;
+    let percent = |value: f64, _: std::ops::RangeInclusive<usize>| format!("{:.0} %", 100.0 * value);
+    let slider = Slider::new(share, 0.0..=1.0).custom_formatter(percent).custom_parser(parse_percent).update_while_editing(false);
+    ui.add(slider).accessible_name(name);
+}
+
+fn parse_percent(text: &str) -> Option<f64> {
+    text.trim_end_matches(['%', ' ']).trim().parse::<f64>().ok().map(|p| p / 100.0)
+}
+
+/// Three numbers in a line.
+pub fn vector(ui: &mut Ui, label: &str, name: &str, value: &mut DVec3, speed: f64) {
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 4.0;
+        ui.weak(label);
+        for (axis, number) in ["x", "y", "z"].into_iter().zip(value.as_mut()) {
+            let drag = DragValue::new(number)
+                .speed(speed)
+                .range(-1e5..=1e5)
+                .max_decimals(if speed < 0.1 { 3 } else { 1 })
+                .update_while_editing(false);
+            ui.add(drag).accessible_name(format!("{axis} of the {name}"));
+        }
+    });
+}
+
+/// A colour that can be changed; whether it was.
+pub fn color_button(ui: &mut Ui, color: &mut Color, name: &str) -> bool {
+    let mut srgb = bytes(*color);
+    let changed = ui.color_edit_button_srgb(&mut srgb).on_hover_text(name).accessible_name(name).changed();
+    if changed {
+        *color = Color(srgb.map(|c| f32::from(c) / 255.0));
+    }
+    changed
+}
+
+/// The layer's colour on the screen.
+pub fn color(layer: &Layer) -> Color32 {
+    let [r, g, b] = bytes(layer.color);
+    Color32::from_rgb(r, g, b)
+}
+
+/// An sRGB colour in bytes.
+pub fn bytes(color: Color) -> [u8; 3] {
+    color.0.map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8)
+}

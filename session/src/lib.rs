@@ -1,0 +1,26 @@
+//! The workbench without a face: what is opened, what is measured on it, how it is looked at and compared, and what of that is written.
+//! The window and the command line are faces of it.
+//!
+//! A [`Source`] names a scan; [`Opened`] is scans in memory with their scene; a [`Session`] is what a file keeps of them, and a [`Measurement`]
+//! what it keeps of a ray.
+
+pub mod chart;
+mod compare;
+mod machine;
+mod measurement;
+mod opened;
+pub mod output;
+pub mod presets;
+pub mod record;
+pub mod save;
+mod session_file;
+mod source;
+pub mod thickness;
+pub mod thickness_picture;
+
+pub use compare::{Compare, Part};
+pub use machine::Machine;
+pub use measurement::{MeasuredScan, Measurement, Origin, RecordedRay};
+pub use opened::{DEMO_SIZE, InputError, Opened, same_scans, scans, without_spacing};
+pub use session_file::{Landmark, Session, SessionError};
+pub use source::{Raw, Source};

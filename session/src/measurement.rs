@@ -1,0 +1,183 @@
+//! What was measured, as sessions and exports keep it: with what it was measured on, so that anyone can measure it again.
+
+use crate::source::Source;
+use bregma_field::WorldPoint;
+use bregma_measure::DifferenceRay;
+use bregma_renderer::{Clip, Color, Layer, Ray};
+use glam::DVec3;
+use serde::ser::Error;
+use serde::{Deserialize, Serialize, Serializer};
+use serde_json::{Map, Value, json};
+use std::fmt;
+
+/// Something that was measured.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(untagged)]
+pub enum Measurement {
+    /// A difference ray.
+    Ray(Box<RecordedRay>),
+    /// What this version does not know: it is kept as it was read.
+    Other(Value),
+}
+
+/// A difference ray: of what it found, what is read again has fields of its own, and the rest is kept as it was written.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RecordedRay {
+    /// What the person calls it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Its colour in the picture.
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "hex")]
+    pub color: Option<Color>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    made_by: Option<MadeBy>,
+    ray: Line,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    volumes: Option<Vec<RecordedVolume>>,
+    #[serde(flatten)]
+    rest: Map<String, Value>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Line {
+    origin_mm: DVec3,
+    direction: DVec3,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct RecordedVolume {
+    segments: Vec<RecordedSegment>,
+    #[serde(flatten)]
+    rest: Map<String, Value>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct RecordedSegment {
+    length_mm: Option<f64>,
+    #[serde(flatten)]
+    rest: Map<String, Value>,
+}
+
+/// What is written of an [`Origin`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+enum MadeBy {
+    Known(Origin),
+    /// In a way that this version does not know: the ray can be shown, but not verified.
+    Other(Value),
+}
+
+/// What measurements were made by and from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Origin {
+    /// Program and version.
+    pub program: String,
+    /// One for each scan, in order.
+    pub scans: Vec<MeasuredScan>,
+    /// What was cut away.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub clips: Vec<Clip>,
+}
+
+/// A scan as it was measured.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MeasuredScan {
+    /// Its file and what the person said about it.
+    #[serde(flatten)]
+    pub source: Source,
+    /// SHA-256 of what it holds, see `Volume::content`.
+    pub content: String,
+    /// Isovalue and registration.
+    pub layer: Layer,
+}
+
+impl Measurement {
+    /// What a difference ray found, with its name and colour if it has them, and what it was made by.
+    pub fn of_ray(found: &DifferenceRay, named: Option<(&str, Color)>, made_by: Option<&Origin>) -> Self {
+        let found: RecordedRay = serde_json::from_value(json!(found)).expect("a difference ray has all that a recorded one has");
+        let (name, color) = named.map_or((None, None), |(name, color)| (Some(name.to_owned()), Some(color)));
+        Self::Ray(Box::new(RecordedRay { name, color, made_by: made_by.cloned().map(MadeBy::Known), ..found }))
+    }
+}
+
+impl RecordedRay {
+    /// What it was measured by and on. The built-in pair has no files to name.
+    pub fn made_by(&self) -> Option<&Origin> {
+        match self.made_by.as_ref()? {
+            MadeBy::Known(origin) => Some(origin),
+            MadeBy::Other(_) => None,
+        }
+    }
+
+    /// Where it lies; `None` where its numbers are none of a ray.
+    pub fn ray(&self) -> Option<Ray> {
+        // The direction is unit but for rounding, which normalising again would change.
+        let ray = Ray { origin: WorldPoint(self.ray.origin_mm), direction: self.ray.direction };
+        (ray.origin.0.is_finite() && (ray.direction.length() - 1.0).abs() < 1e-9).then_some(ray)
+    }
+
+    /// The length of each stretch of bone in each scan, mm; `None` where what was written is no number.
+    pub(crate) fn lengths_mm(&self) -> Vec<Vec<Option<f64>>> {
+        let lengths = |volume: &RecordedVolume| volume.segments.iter().map(|segment| segment.length_mm).collect();
+        self.volumes.iter().flatten().map(lengths).collect()
+    }
+}
+
+impl Serialize for Measurement {
+    /// With the names of its fields in the order of the alphabet, at every depth.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Ray(ray) => serde_json::to_value(ray).map_err(Error::custom)?.serialize(serializer),
+            Self::Other(value) => value.serialize(serializer),
+        }
+    }
+}
+
+impl fmt::Display for Measurement {
+    /// One line of JSON.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&serde_json::to_string(self).map_err(|_| fmt::Error)?)
+    }
+}
+
+/// A colour as `rrggbb`; one that cannot be read is none.
+mod hex {
+    use bregma_renderer::Color;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(color: &Option<Color>, serializer: S) -> Result<S::Ok, S::Error> {
+        color.map(Color::hex).serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Color>, D::Error> {
+        Ok(Option::<String>::deserialize(deserializer)?.as_deref().and_then(Color::from_hex))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_written_is_written_again_to_the_last_digit() {
+        // Fails if reading and writing a measurement loses, renames or rounds anything, whether this version knows it or not.
+        let opened = crate::Opened::demo(8, &Default::default()).unwrap();
+        let layer = json!(opened.scene.layers[0]);
+        let ray = format!(
+            r#"{{"color":"ffd64f","ledger":[{{"from_mm":0.1,"inside":[],"length_mm":0.30000000000000004,"to_mm":0.4}}],"made_by":{{"program":"bregma 0.0.9","scans":[{{"content":"ab","file":"a.raw","layer":{layer},"raw":"4x4x4, u8,skip=1","uneven":"resample"}}]}},"name":"Ray 1","ray":{{"direction":[0.0,0.6,0.8],"origin_mm":[1e-300,-0.1,123456789.12345679]}},"volumes":[{{"box_mm":null,"later":{{"b":1,"a":[2]}},"name":"a","segments":[{{"error_mm":1.5,"length_mm":2.2204460492503131e-16}},{{"length_mm":null}}]}}]}}"#
+        );
+        let read: Measurement = serde_json::from_str(&ray).unwrap();
+        assert!(matches!(&read, Measurement::Ray(ray) if ray.ray().is_some() && ray.lengths_mm()[0].len() == 2));
+        let plain: Value = serde_json::from_str(&ray).unwrap();
+        assert_eq!(read.to_string(), plain.to_string());
+        let odd = r#"{"made_by":"another program","ray":{"direction":[0.0,1.0,0.0],"origin_mm":[0.0,0.0,0.0]}}"#;
+        let read: Measurement = serde_json::from_str(odd).unwrap();
+        assert!(matches!(&read, Measurement::Ray(ray) if ray.ray().is_some() && ray.made_by().is_none()));
+        assert_eq!(read.to_string(), odd);
+        for unknown in [r#"{"area_mm2":1.25,"kind":"islands"}"#, r#"{"name":"no ray","ray":{"origin_mm":[0.0,1.0]}}"#, "[1,\"x\"]"] {
+            let read: Measurement = serde_json::from_str(unknown).unwrap();
+            assert!(matches!(read, Measurement::Other(_)));
+            assert_eq!(read.to_string(), unknown);
+        }
+    }
+}

@@ -1,0 +1,214 @@
+//! From what the person names to what is drawn: files with their registration, a session, or the built-in pair.
+
+use crate::compare::Compare;
+use crate::measurement::Measurement;
+use crate::session_file::{Landmark, Session, SessionError};
+use crate::source::Source;
+use bregma_field::formats::{OpenError, Scan};
+use bregma_field::{Cancelled, Progress, TransformError, Volume, read_transform};
+use bregma_renderer::{Layer, MOST_VOLUMES, Scene};
+use bregma_synthetic::Which;
+use std::collections::HashSet;
+use std::path::Path;
+use std::sync::Arc;
+use thiserror::Error;
+
+/// Volumes in memory and the scene to begin with.
+#[derive(Clone, Debug)]
+pub struct Opened {
+    /// Where they came from; empty for the built-in pair.
+    pub sources: Vec<Source>,
+    /// The scans.
+    pub volumes: Vec<Arc<Volume>>,
+    /// One layer for each of them.
+    pub scene: Scene,
+    /// The view is a session's, not the one that scans open with.
+    pub from_session: bool,
+    /// What was measured in a session.
+    pub measurements: Vec<Measurement>,
+    /// Landmarks of a session.
+    pub landmarks: Vec<Landmark>,
+    /// How the scans are compared.
+    pub compare: Compare,
+}
+
+/// Why nothing was opened. Each sentence names the file.
+#[derive(Debug, Error)]
+pub enum InputError {
+    /// A scan.
+    #[error(transparent)]
+    Scan(#[from] OpenError),
+    /// A registration.
+    #[error(transparent)]
+    Transform(#[from] TransformError),
+    /// A session.
+    #[error(transparent)]
+    Session(#[from] SessionError),
+    /// More scans than a picture can number.
+    #[error("{0} scans are named; at most {MOST_VOLUMES} can be opened together")]
+    TooMany(usize),
+    /// Stopped by request.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+/// Samples along the longest side of the built-in pair.
+pub const DEMO_SIZE: usize = 256;
+
+impl Opened {
+    /// `volumes` in the scene that they open with.
+    pub fn new(sources: Vec<Source>, volumes: Vec<Arc<Volume>>) -> Self {
+        let scene = Scene::of(&volumes);
+        Self { sources, volumes, scene, from_session: false, measurements: vec![], landmarks: vec![], compare: Compare::Off }
+    }
+
+    /// The built-in demo pair.
+    pub fn demo(size: usize, progress: &Progress) -> Result<Self, InputError> {
+        let pair = [Which::A, Which::B].map(|which| bregma_synthetic::skull(which, size, progress).map(Arc::new));
+        let [a, b] = pair;
+        Ok(Self::new(vec![], vec![a?, b?]))
+    }
+
+    /// Reads scans, each with its registration, and sessions with theirs. The view is that of a session that is alone.
+    pub fn read(sources: &[Source], progress: &Progress) -> Result<Self, InputError> {
+        let (expanded, mut sessions) = expand(sources, progress)?;
+        let (sources, layers): (Vec<Source>, Vec<Option<Layer>>) = expanded.into_iter().unzip();
+        let volumes: Result<Vec<_>, InputError> =
+            sources.iter().map(|source| Ok(Arc::new(source.scan(progress)?.load(progress)?))).collect();
+        let volumes = volumes?;
+        let mut opened = Self::new(sources, volumes);
+        for (n, layer) in layers.into_iter().enumerate() {
+            if let Some(layer) = layer {
+                opened.scene.layers[n] = layer;
+            } else if let Some(file) = &opened.sources[n].transform {
+                let names = opened.volumes.iter().enumerate().filter(|(m, _)| *m != n).map(|(_, v)| v.name());
+                let registration = read_transform(file, opened.volumes[n].name(), &names.collect::<Vec<_>>())?;
+                (opened.scene.layers[n].transform, opened.scene.layers[n].residual_mm) = (registration.transform, registration.residual_mm);
+            }
+        }
+        match sessions.pop() {
+            Some((_, only)) if only.volumes.len() == opened.volumes.len() => {
+                (opened.scene, opened.from_session) = (only.scene, true);
+                (opened.measurements, opened.landmarks, opened.compare) = (only.measurements, only.landmarks, only.compare);
+            }
+            last => {
+                // Each cuts its own scans as before.
+                for (first, session) in sessions.iter().chain(&last) {
+                    opened.scene.clips.extend(session.scene.clips.iter().map(|clip| clip.moved(*first, session.volumes.len())));
+                }
+                opened.look_from_the_front();
+            }
+        }
+        Ok(opened)
+    }
+
+    /// Adds what another reading brought, as layers of this scene; the view stays.
+    pub fn add(&mut self, other: Self) {
+        let count = self.volumes.len() + other.volumes.len();
+        let cuts = other.scene.clips.iter().map(|clip| clip.moved(self.volumes.len(), other.volumes.len()));
+        self.scene.clips.extend(cuts);
+        for (n, (volume, layer)) in other.volumes.iter().zip(other.scene.layers).enumerate() {
+            let fresh = Layer::new(volume, self.volumes.len() + n, count);
+            self.scene.layers.push(Layer { color: fresh.color, ..layer });
+        }
+        self.sources.extend(other.sources);
+        self.volumes.extend(other.volumes);
+    }
+
+    /// The sphere around all visible volumes where the scene puts them.
+    pub fn bounds(&self) -> bregma_renderer::Bounds {
+        let surfaces = self.scene.surfaces(&self.volumes).unwrap_or_default();
+        bregma_renderer::Bounds::of(surfaces.iter().map(|(_, s)| &s.grid))
+    }
+
+    fn look_from_the_front(&mut self) {
+        self.scene.camera = bregma_renderer::Camera::orbit(&self.bounds(), 0.0, 0.0);
+    }
+
+    /// What people should know about the scans and their isovalues before they trust a picture or a number.
+    pub fn warnings(&self) -> Vec<String> {
+        let of_files = self.volumes.iter().flat_map(|v| v.warnings().iter().map(move |w| format!("{}: {w}", v.name())));
+        let outside = self.volumes.iter().zip(&self.scene.layers).filter(|(_, layer)| layer.visible).filter_map(|(v, layer)| {
+            let [low, high] = v.range();
+            let what = if layer.iso < low { "all of its box is bone" } else { "nothing of it is" };
+            let text = format!("{}: the isovalue {} lies outside its range, {low} to {high}: {what}", v.name(), layer.iso);
+            (!(low..=high).contains(&layer.iso)).then_some(text)
+        });
+        of_files.chain(outside).collect()
+    }
+}
+
+/// A scan, and the layer that a session has for it.
+type Expanded = (Source, Option<Layer>);
+/// The number of a session's first scan, and the session.
+type Placed = (usize, Session);
+
+/// The scans that are named, those of sessions among them, and the sessions. Files of one series name one scan.
+fn expand(sources: &[Source], progress: &Progress) -> Result<(Vec<Expanded>, Vec<Placed>), InputError> {
+    let (mut expanded, mut sessions) = (vec![], vec![]);
+    let mut named = HashSet::new();
+    let place = |file: &Path| std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
+    for source in sources {
+        match Session::read(source)? {
+            None if named.contains(&place(&source.file)) => {}
+            None => {
+                // One file needs no looking into; what cannot be read is told when its turn comes.
+                if sources.len() > 1
+                    && let Ok(scan) = source.scan(progress)
+                {
+                    named.extend(scan.series().iter().filter(|file| **file != source.file).map(|file| place(file)));
+                }
+                expanded.push((source.clone(), None));
+            }
+            Some(session) => {
+                let first = expanded.len();
+                expanded.extend(session.volumes.iter().cloned().zip(session.scene.layers.iter().cloned().map(Some)));
+                sessions.push((first, session));
+            }
+        }
+    }
+    if expanded.len() > MOST_VOLUMES {
+        return Err(InputError::TooMany(expanded.len()));
+    }
+    Ok((expanded, sessions))
+}
+
+/// Whether two lists hold the same scans, not merely equal ones.
+pub fn same_scans(a: &[Arc<Volume>], b: &[Arc<Volume>]) -> bool {
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| Arc::ptr_eq(a, b))
+}
+
+/// The first scan whose file does not say how far its samples are apart, when the person does not say either.
+pub fn without_spacing(sources: &[Source], progress: &Progress) -> Result<Option<usize>, InputError> {
+    for (source, layer) in expand(sources, progress)?.0 {
+        if layer.is_none() && source.spacing_mm.is_none() && !source.scan(progress)?.spacing_is_stated() {
+            return Ok(sources.iter().position(|s| *s == source));
+        }
+    }
+    Ok(None)
+}
+
+/// The headers of the scans that are named, those of sessions among them.
+pub fn scans(sources: &[Source], progress: &Progress) -> Result<Vec<Scan>, InputError> {
+    expand(sources, progress)?.0.iter().map(|(source, _)| Ok(source.scan(progress)?)).collect()
+}
+
+impl Session {
+    /// The session of `opened`, with files named relative to `folder` where they lie below it.
+    pub fn of(opened: &Opened, folder: &Path) -> Self {
+        let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
+        let name = |file: &Path| {
+            let file = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
+            file.strip_prefix(&folder).map(Path::to_owned).unwrap_or(file)
+        };
+        let volumes = opened.sources.iter().map(|s| Source { file: name(&s.file), ..s.clone() }).collect();
+        Self {
+            bregma_session: 1,
+            volumes,
+            scene: opened.scene.clone(),
+            measurements: opened.measurements.clone(),
+            landmarks: opened.landmarks.clone(),
+            compare: opened.compare,
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! Files that are either whole or not there: everything is written beside its place and then moved into it.
+
+use bregma_field::replace_file;
+use bregma_renderer::Picture;
+use std::io;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// A file that could not be written; what was there before is untouched.
+#[derive(Debug, Error)]
+#[error("{}: cannot be written ({reason}); check the folder, its permissions and the space on the disk", file.display())]
+pub struct OutputError {
+    file: PathBuf,
+    reason: io::Error,
+}
+
+/// A folder that could not be made.
+#[derive(Debug, Error)]
+#[error("{}: cannot be made ({reason}); choose another folder", folder.display())]
+pub struct FolderError {
+    folder: PathBuf,
+    reason: io::Error,
+}
+
+/// Makes a folder for outputs, and those that it lies in, if they are not there.
+pub fn make_folder(folder: &Path) -> Result<(), FolderError> {
+    std::fs::create_dir_all(folder).map_err(|reason| FolderError { folder: folder.to_owned(), reason })
+}
+
+/// Writes `bytes` to `file`.
+pub fn write_whole(file: &Path, bytes: &[u8]) -> Result<(), OutputError> {
+    let written = replace_file(file, |beside| std::fs::write(beside, bytes));
+    written.map_err(|reason| OutputError { file: file.to_owned(), reason })
+}
+
+/// Writes a picture as PNG, sRGB with alpha.
+pub fn write_png(file: &Path, picture: &Picture) -> Result<(), OutputError> {
+    write_pixels(file, picture.width, picture.height, png::ColorType::Rgba, picture.rgba.as_flattened())
+}
+
+/// Writes a figure as PNG, sRGB without alpha: 3 bytes a pixel.
+pub fn write_figure(file: &Path, (rgb, width, height): (Vec<u8>, u32, u32)) -> Result<(), OutputError> {
+    write_pixels(file, width, height, png::ColorType::Rgb, &rgb)
+}
+
+fn write_pixels(file: &Path, width: u32, height: u32, color: png::ColorType, pixels: &[u8]) -> Result<(), OutputError> {
+    let encode = || -> Result<Vec<u8>, png::EncodingError> {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, width, height);
+        encoder.set_color(color);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(pixels)?;
+        writer.finish()?;
+        Ok(bytes)
+    };
+    let bytes = encode().map_err(|e| OutputError { file: file.to_owned(), reason: io::Error::other(e) })?;
+    write_whole(file, &bytes)
+}
+
+/// Writes a [height, width] array as NPY 1.0; `kind` is NumPy's type, such as `<f4` or `|u1`, and `bytes` are its rows.
+pub fn write_npy(file: &Path, kind: &str, width: u32, height: u32, bytes: &[u8]) -> Result<(), OutputError> {
+    let mut header = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({height}, {width}), }}");
+    // Magic, version and length take 10 bytes; the array starts at a multiple of 64, after a line feed.
+    let padded = (10 + header.len() + 1).next_multiple_of(64) - 10;
+    header.push_str(&" ".repeat(padded - header.len() - 1));
+    header.push('\n');
+    let mut npy = b"\x93NUMPY\x01\x00".to_vec();
+    npy.extend((padded as u16).to_le_bytes());
+    npy.extend(header.as_bytes());
+    npy.extend(bytes);
+    write_whole(file, &npy)
+}
+
+/// Writes the depths of a picture: float32, NaN where nothing is hit.
+pub fn write_depth(file: &Path, picture: &Picture) -> Result<(), OutputError> {
+    let bytes: Vec<u8> = picture.depth_mm.iter().flat_map(|d| d.to_le_bytes()).collect();
+    write_npy(file, "<f4", picture.width, picture.height, &bytes)
+}
+
+/// Writes what a projection computed: float32, NaN where a ray meets no volume.
+pub fn write_values(file: &Path, picture: &Picture) -> Result<(), OutputError> {
+    let bytes: Vec<u8> = picture.values.iter().flat_map(|v| v.to_le_bytes()).collect();
+    write_npy(file, "<f4", picture.width, picture.height, &bytes)
+}
+
+/// Writes the volume numbers of a picture: uint8, 0 where nothing is hit.
+pub fn write_volume_id(file: &Path, picture: &Picture) -> Result<(), OutputError> {
+    write_npy(file, "|u1", picture.width, picture.height, &picture.volume_id)
+}

@@ -1,0 +1,229 @@
+//! Measurements made again from what their records say.
+
+use crate::measurement::{MeasuredScan, Measurement, Origin};
+use crate::opened::{InputError, Opened};
+use crate::source::Source;
+use bregma_field::{GridError, Progress};
+use bregma_measure::{DifferenceRay, probe_cut};
+use bregma_renderer::Ray;
+use serde::Deserialize;
+use std::io;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// This program and its version.
+const PROGRAM: &str = concat!("bregma ", env!("CARGO_PKG_VERSION"));
+
+impl Origin {
+    /// Of what is open, with files named from the root on. The built-in pair has no files.
+    pub fn of(opened: &Opened) -> Option<Self> {
+        if opened.sources.len() != opened.volumes.len() {
+            return None;
+        }
+        let named = |s: &Source| Source { file: std::path::absolute(&s.file).unwrap_or_else(|_| s.file.clone()), ..s.clone() };
+        let scans = opened.sources.iter().zip(&opened.volumes).zip(&opened.scene.layers).map(|((source, volume), layer)| MeasuredScan {
+            source: named(source),
+            content: volume.content(),
+            layer: layer.clone(),
+        });
+        Some(Self { program: PROGRAM.into(), scans: scans.collect(), clips: opened.scene.clips.clone() })
+    }
+}
+
+/// Why a file gives no measurements.
+#[derive(Debug, Error)]
+pub enum RecordError {
+    /// It is not there, or not for this person.
+    #[error("{}: cannot be read ({reason}); check its name and permissions", file.display())]
+    Unreadable {
+        /// The file.
+        file: PathBuf,
+        /// What the system says.
+        reason: io::Error,
+    },
+    /// It is something else.
+    #[error("{}: is not JSON ({reason}); give a session, or what `bregma probe --format json` wrote", file.display())]
+    NotJson {
+        /// The file.
+        file: PathBuf,
+        /// Where it stops being JSON.
+        reason: serde_json::Error,
+    },
+    /// It has none.
+    #[error("{}: holds no measurements; save the session again after measuring", .0.display())]
+    Empty(PathBuf),
+}
+
+/// One of the values that a file of measurements consists of.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Recorded {
+    Session {
+        #[serde(rename = "bregma_session")]
+        _version: serde::de::IgnoredAny,
+        #[serde(default)]
+        measurements: Vec<Measurement>,
+    },
+    One(Measurement),
+}
+
+/// The measurements of a file: a session's, or one or more written one behind the other.
+pub fn read(file: &Path) -> Result<Vec<Measurement>, RecordError> {
+    let text = std::fs::read_to_string(file).map_err(|reason| RecordError::Unreadable { file: file.to_owned(), reason })?;
+    let values: Result<Vec<Recorded>, _> = serde_json::Deserializer::from_str(&text).into_iter().collect();
+    let values = values.map_err(|reason| RecordError::NotJson { file: file.to_owned(), reason })?;
+    let measurements: Vec<Measurement> = values
+        .into_iter()
+        .flat_map(|value| match value {
+            Recorded::Session { measurements, .. } => measurements,
+            Recorded::One(measurement) => vec![measurement],
+        })
+        .collect();
+    if measurements.is_empty() { Err(RecordError::Empty(file.to_owned())) } else { Ok(measurements) }
+}
+
+/// What became of a length when it was measured again.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Verdict {
+    /// It is the same.
+    Holds,
+    /// It is another, mm.
+    Differs {
+        /// As recorded.
+        was_mm: f64,
+        /// Now.
+        is_mm: f64,
+    },
+    /// There is no such bone any more, or there was none.
+    Gone(&'static str),
+}
+
+/// A recorded length judged.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Judged {
+    /// Ray, scan and bone.
+    pub what: String,
+    /// The judgement.
+    pub verdict: Verdict,
+}
+
+/// Why a measurement cannot be made again.
+#[derive(Debug, Error)]
+pub enum VerifyError {
+    /// Nothing says what it is of.
+    #[error("{0} does not say what it was made from; measure it again with this version")]
+    NoOrigin(String),
+    /// Its ray is missing or none.
+    #[error("{0} has no ray; its origin_mm and direction are needed")]
+    NoRay(String),
+    /// A scan cannot be opened.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// A session stands where a scan was.
+    #[error("{measured} scans were measured, and {there} are there")]
+    Count {
+        /// As recorded.
+        measured: usize,
+        /// Now.
+        there: usize,
+    },
+    /// A scan is another one now.
+    #[error("{} is not the scan that was measured: its content differs", .0.display())]
+    Changed(PathBuf),
+    /// A registration that flattens a scan.
+    #[error("{name}: {reason}")]
+    Grid {
+        /// The measurement.
+        name: String,
+        /// What is wrong with the registration.
+        reason: GridError,
+    },
+}
+
+/// Lengths are the same to this, mm: the last digits depend on how a compiler orders sums.
+const SAME_MM: f64 = 1e-9;
+
+/// The scans that were opened last to measure again, so that a file of many rays opens them only once.
+#[derive(Debug, Default)]
+pub struct Verifier {
+    opened: Option<(Vec<MeasuredScan>, Opened)>,
+}
+
+impl Verifier {
+    /// Measures number `n` (from 1) of the measurements in a file of `folder` again. The answer holds one judgement for each length, and what
+    /// else is to be said.
+    pub fn verify(&mut self, n: usize, measurement: &Measurement, folder: &Path) -> Result<(Vec<Judged>, Vec<String>), VerifyError> {
+        let unnamed = || format!("ray {n}");
+        let Measurement::Ray(recorded) = measurement else { return Err(VerifyError::NoOrigin(unnamed())) };
+        let name = recorded.name.clone().unwrap_or_else(unnamed);
+        let origin = recorded.made_by().ok_or_else(|| VerifyError::NoOrigin(name.clone()))?;
+        let ray = recorded.ray().ok_or_else(|| VerifyError::NoRay(name.clone()))?;
+        let opened = self.open(origin, folder)?;
+        let mut notes = vec![];
+        if origin.program != PROGRAM {
+            notes.push(format!("{name} was made by {}", origin.program));
+        }
+        let now = measure(opened, &ray).map_err(|reason| VerifyError::Grid { name: name.clone(), reason })?;
+        Ok((judge(&name, &recorded.lengths_mm(), &now), notes))
+    }
+
+    /// The scans of a record as they were measured.
+    fn open(&mut self, origin: &Origin, folder: &Path) -> Result<&Opened, VerifyError> {
+        let same = |(a, b): (&MeasuredScan, &MeasuredScan)| a.source == b.source && a.content == b.content;
+        let is_open = |scans: &[MeasuredScan]| scans.len() == origin.scans.len() && scans.iter().zip(&origin.scans).all(same);
+        let known = self.opened.take().filter(|(scans, _)| is_open(scans));
+        let mut opened = match known {
+            Some((_, opened)) => opened,
+            None => open(origin, folder)?,
+        };
+        opened.scene.layers = origin.scans.iter().map(|scan| scan.layer.clone()).collect();
+        opened.scene.clips.clone_from(&origin.clips);
+        Ok(&self.opened.insert((origin.scans.clone(), opened)).1)
+    }
+}
+
+fn open(origin: &Origin, folder: &Path) -> Result<Opened, VerifyError> {
+    let beside = |scan: &MeasuredScan| Source { file: found(&scan.source.file, folder), ..scan.source.clone() };
+    let sources: Vec<Source> = origin.scans.iter().map(beside).collect();
+    let opened = Opened::read(&sources, &Progress::default())?;
+    if opened.volumes.len() != origin.scans.len() {
+        return Err(VerifyError::Count { measured: origin.scans.len(), there: opened.volumes.len() });
+    }
+    let changed = opened.volumes.iter().zip(&origin.scans).zip(&sources).find(|((v, scan), _)| v.content() != scan.content);
+    match changed {
+        Some((_, source)) => Err(VerifyError::Changed(source.file.clone())),
+        None => Ok(opened),
+    }
+}
+
+/// Each length that was recorded, or is measured now, in each scan.
+fn judge(name: &str, recorded: &[Vec<Option<f64>>], now: &DifferenceRay) -> Vec<Judged> {
+    let mut judged = vec![];
+    for v in 0..recorded.len().max(now.volumes.len()) {
+        let lengths = recorded.get(v).map_or(&[][..], Vec::as_slice);
+        let (scan, segments) = now.volumes.get(v).map_or(("a scan that is not there", &[][..]), |v| (&v.name, &v.segments));
+        for k in 0..lengths.len().max(segments.len()) {
+            let verdict = match (lengths.get(k), segments.get(k)) {
+                (Some(Some(was)), Some(is)) if (was - is.length_mm).abs() <= SAME_MM => Verdict::Holds,
+                (Some(Some(was)), Some(is)) => Verdict::Differs { was_mm: *was, is_mm: is.length_mm },
+                (Some(Some(_)), None) => Verdict::Gone("there is no such bone now"),
+                (Some(None), _) => Verdict::Gone("its recorded length is no number"),
+                (None, _) => Verdict::Gone("this bone was not recorded"),
+            };
+            judged.push(Judged { what: format!("{name}, {scan}, bone {}", k + 1), verdict });
+        }
+    }
+    judged
+}
+
+/// A recorded file: where it was, or in the folder of the record.
+fn found(file: &Path, folder: &Path) -> PathBuf {
+    let beside = folder.join(file.file_name().unwrap_or_default());
+    let relative = folder.join(file);
+    [relative, beside].into_iter().find(|f| f.exists()).unwrap_or_else(|| file.to_owned())
+}
+
+/// Casts a ray through what is open.
+pub fn measure(opened: &Opened, ray: &Ray) -> Result<DifferenceRay, GridError> {
+    probe_cut(&opened.volumes, &opened.scene.layers, &opened.scene.clips, ray)
+}

@@ -1,0 +1,158 @@
+//! What is saved in the form that its file's name asks for.
+
+use crate::measurement::Measurement;
+use crate::output::{OutputError, write_figure, write_png, write_whole};
+use crate::session_file::Landmark;
+use crate::thickness::Coat;
+use crate::thickness_picture;
+use bregma_measure::{DifferenceRay, export, landmarks};
+use bregma_renderer::Picture;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// Why nothing was saved.
+#[derive(Debug, Error)]
+pub enum SaveError {
+    /// The file cannot be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// Its name says no form.
+    #[error("{}: end the name in {forms}, so that its form is known", file.display())]
+    Form {
+        /// The file.
+        file: PathBuf,
+        /// The endings that say one.
+        forms: &'static str,
+    },
+    /// A figure that cannot be drawn.
+    #[error("{}: the legend cannot be drawn ({reason}); hide the map and save the picture alone", file.display())]
+    Legend {
+        /// The file.
+        file: PathBuf,
+        /// What went wrong.
+        reason: Box<dyn std::error::Error>,
+    },
+}
+
+/// The name in small letters, whose end says the form.
+fn lower_name(file: &Path) -> String {
+    file.file_name().unwrap_or_default().to_string_lossy().to_lowercase()
+}
+
+/// Saves difference rays; `records` are the same with what they were made from.
+pub fn rays(file: &Path, rays: &[DifferenceRay], records: impl FnOnce() -> Vec<Measurement>) -> Result<(), SaveError> {
+    let name = lower_name(file);
+    let text = if name.ends_with(".mrk.json") {
+        format!("{:#}\n", export::markups(rays))
+    } else if name.ends_with(".json") {
+        // One record a line, as `bregma probe --rays` writes, so that `bregma verify` reads it.
+        records().iter().map(|record| format!("{record}\n")).collect()
+    } else if name.ends_with(".csv") {
+        export::csv(rays)
+    } else if name.ends_with(".txt") {
+        rays.iter().map(|ray| export::table(ray) + "\n").collect()
+    } else {
+        return Err(SaveError::Form { file: file.to_owned(), forms: ".csv, .json, .mrk.json or .txt" });
+    };
+    Ok(write_whole(file, text.as_bytes())?)
+}
+
+/// Saves landmarks of a specimen.
+pub fn landmarks(file: &Path, points: &[Landmark], specimen: &str) -> Result<(), SaveError> {
+    let name = lower_name(file);
+    let points: Vec<landmarks::Named<'_>> = points.iter().map(|l| (l.name.as_str(), l.point_mm)).collect();
+    let text = if name.ends_with(".mrk.json") {
+        format!("{:#}\n", landmarks::markups(&points))
+    } else if name.ends_with(".fcsv") {
+        landmarks::fcsv(&points)
+    } else if name.ends_with(".tps") {
+        landmarks::tps(&points, specimen)
+    } else if name.ends_with(".txt") {
+        landmarks::morphologika(&points, specimen)
+    } else if name.ends_with(".csv") {
+        landmarks::csv(&points)
+    } else {
+        return Err(SaveError::Form { file: file.to_owned(), forms: ".csv, .mrk.json, .fcsv, .tps or .txt (morphologika)" });
+    };
+    Ok(write_whole(file, text.as_bytes())?)
+}
+
+/// Saves a map of thickness.
+pub fn map(file: &Path, Coat { map, scale }: &Coat) -> Result<(), SaveError> {
+    let name = lower_name(file);
+    if name.ends_with(".csv") {
+        Ok(write_whole(file, export::map_csv(&map.mesh, &map.values).as_bytes())?)
+    } else if name.ends_with(".ply") {
+        Ok(write_whole(file, &export::map_ply(&map.mesh, &map.values, |mm| scale.color(mm)))?)
+    } else {
+        Err(SaveError::Form { file: file.to_owned(), forms: ".csv or .ply" })
+    }
+}
+
+/// Saves a picture as PNG; one that is painted with a map, with its legend.
+pub fn picture(file: &Path, picture: &Picture, coat: Option<&Coat>) -> Result<(), SaveError> {
+    let Some(Coat { map, scale }) = coat else { return Ok(write_png(file, picture)?) };
+    let figure = thickness_picture::figure(picture, &map.title, scale, &map.statistics);
+    let figure = figure.map_err(|reason| SaveError::Legend { file: file.to_owned(), reason })?;
+    Ok(write_figure(file, figure)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::opened::Opened;
+    use crate::record::measure;
+    use crate::thickness::Order;
+    use crate::thickness_picture::{Colors, Scale};
+    use bregma_field::{Progress, WorldPoint};
+    use bregma_measure::thickness::Method;
+    use bregma_renderer::{Color, Ray};
+    use glam::DVec3;
+    use std::fs;
+    use std::sync::Arc;
+
+    fn folder(name: &str) -> PathBuf {
+        let folder = std::env::temp_dir().join(format!("bregma-{name}-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        folder
+    }
+
+    #[test]
+    fn the_name_decides_the_form() {
+        let folder = folder("save");
+        let found = measure(&Opened::new(vec![], vec![]), &Ray { origin: WorldPoint(DVec3::ZERO), direction: DVec3::Z }).unwrap();
+        let records = || vec![Measurement::of_ray(&found, Some(("Ray 1", Color([1.0; 3]))), None)];
+        let text = |name: &str| fs::read_to_string(folder.join(name)).unwrap();
+        let rays = |name: &str| rays(&folder.join(name), std::slice::from_ref(&found), records).map(|()| text(name));
+        assert!(rays("a.mrk.json").unwrap().contains("\"markups\""));
+        assert!(rays("a.json").unwrap().contains("\"name\":\"Ray 1\""));
+        assert!(rays("a.CSV").unwrap().starts_with(export::CSV_HEADER));
+        assert!(rays("a.txt").unwrap().starts_with("ray from"));
+        assert!(rays("a.doc").unwrap_err().to_string().contains("a.doc: end the name in .csv"));
+        let point = [Landmark { name: "L1".into(), point_mm: DVec3::new(1.0, 2.0, 3.0) }];
+        let points = |name: &str| landmarks(&folder.join(name), &point, "skull").map(|()| text(name));
+        for (name, begins) in
+            [("b.mrk.json", "{"), ("b.fcsv", "# Markups"), ("b.tps", "LM3=1"), ("b.txt", "[individuals]"), ("b.csv", "name,")]
+        {
+            assert!(points(name).unwrap().starts_with(begins), "{name}");
+        }
+        assert!(points("b.doc").unwrap_err().to_string().contains("b.doc: end the name in .csv"));
+        fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn a_saved_map_has_all_its_points() {
+        let folder = folder("map");
+        let opened = Opened::demo(24, &Progress::default()).unwrap();
+        let order = Order::new(&opened.volumes[0], &opened.scene.layers[0], 0, Method::Normal, String::new());
+        let whole = order.measure(&Progress::default()).unwrap();
+        let (known, scale) = (whole.statistics.count, Scale { colors: Colors::Viridis, ends_mm: [0.0, 16.0] });
+        let coat = Coat { map: Arc::new(whole), scale };
+        map(&folder.join("a.csv"), &coat).unwrap();
+        assert_eq!(fs::read_to_string(folder.join("a.csv")).unwrap().lines().count(), known + 1);
+        map(&folder.join("a.PLY"), &coat).unwrap();
+        assert!(fs::read(folder.join("a.PLY")).unwrap().starts_with(b"ply\n"));
+        assert!(map(&folder.join("a.stl"), &coat).unwrap_err().to_string().contains(".csv or .ply"));
+        fs::remove_dir_all(folder).unwrap();
+    }
+}

@@ -1,0 +1,128 @@
+//! The session file: scans, the scene they were left in, and what was measured on them.
+
+use crate::compare::Compare;
+use crate::measurement::Measurement;
+use crate::output::{OutputError, write_whole};
+use crate::source::Source;
+use bregma_renderer::{Clip, Integrator, PER_VOXEL, Projection, Scene};
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+use thiserror::Error;
+
+/// What a session file holds: scans and the scene they were left in.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Session {
+    /// Version of the form; 1.
+    pub bregma_session: u32,
+    /// The scans.
+    pub volumes: Vec<Source>,
+    /// One layer for each, and the view.
+    pub scene: Scene,
+    /// What was measured, with what it was measured on.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub measurements: Vec<Measurement>,
+    /// Landmarks.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub landmarks: Vec<Landmark>,
+    /// How the scans are compared.
+    #[serde(default, skip_serializing_if = "Compare::is_off")]
+    pub compare: Compare,
+}
+
+/// A point on a surface.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Landmark {
+    /// What the person calls it.
+    pub name: String,
+    /// LPS mm; on the interpolant's surface to float64 precision.
+    pub point_mm: DVec3,
+}
+
+/// Why a session was not opened.
+#[derive(Debug, Error)]
+#[error("{file}: is not a session that this version reads ({reason}); open the scans themselves")]
+pub struct SessionError {
+    file: String,
+    reason: String,
+}
+
+/// A file larger than this is no session, so its text is not read.
+const SESSION_BYTES: u64 = 64 << 20;
+
+impl Session {
+    /// The session in a source; `None` when it is something else.
+    pub(crate) fn read(source: &Source) -> Result<Option<Self>, SessionError> {
+        let file = source.file.as_path();
+        let small = std::fs::metadata(file).is_ok_and(|m| m.is_file() && m.len() <= SESSION_BYTES);
+        let is_json = file.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
+        if !(small && is_json) || source.raw.is_some() {
+            return Ok(None);
+        }
+        let fail = |reason: String| SessionError { file: file.display().to_string(), reason };
+        let text = std::fs::read_to_string(file).map_err(|e| fail(e.to_string()))?;
+        let mut session: Self = serde_json::from_str(&text).map_err(|e| fail(e.to_string()))?;
+        if session.bregma_session != 1 {
+            return Err(fail(format!("its version is {}", session.bregma_session)));
+        }
+        if session.volumes.is_empty() {
+            return Err(fail("it holds no scans".into()));
+        }
+        if session.volumes.len() != session.scene.layers.len() {
+            return Err(fail(format!("it has {} volumes but {} layers", session.volumes.len(), session.scene.layers.len())));
+        }
+        if source.transform.is_some() || source.spacing_mm.is_some() {
+            return Err(fail("a session has transforms and spacings of its own: --transform and --spacing are for scans".into()));
+        }
+        if session.scene.layers.iter().any(|l| !l.transform.is_finite() || l.transform.matrix3.determinant() == 0.0) {
+            return Err(fail("one of its transforms cannot be inverted".into()));
+        }
+        for transfer in session.scene.layers.iter_mut().filter_map(|l| l.transfer.as_mut()) {
+            let mut own = transfer.clone();
+            // Of points at one value, as an isovalue at the end of the range makes them, one is enough.
+            own.points.dedup_by(|b, a| a.value == b.value);
+            let name = own.name.clone();
+            *transfer = own.checked().map_err(|e| fail(format!("its transfer function {name} {e}")))?;
+        }
+        session.scene.clips.iter_mut().for_each(Clip::normalize);
+        if let Some(flaw) = session.flaw() {
+            return Err(fail(flaw.into()));
+        }
+        let folder = file.parent().unwrap_or(Path::new(""));
+        for volume in &mut session.volumes {
+            volume.file = folder.join(&volume.file);
+        }
+        Ok(Some(session))
+    }
+
+    /// What of the scene no renderer could draw, if anything.
+    fn flaw(&self) -> Option<&'static str> {
+        let scene = &self.scene;
+        let share = |v: f32| (0.0..=1.0).contains(&v);
+        let opacities = scene.layers.iter().flat_map(|l| l.shells.iter().map(|s| s.opacity).chain([l.opacity]));
+        let fov_deg = if let Projection::Perspective { fov_deg } = scene.camera.projection { fov_deg } else { 30.0 };
+        let per_voxel = if let Integrator::Steps { per_voxel, .. } = scene.integrator { per_voxel } else { 1.0 };
+        let count = scene.layers.len();
+        let of_none = scene.clips.iter().flat_map(|clip| clip.layers.iter().flatten()).any(|n| *n >= count);
+        [
+            (!scene.clips.iter().all(Clip::is_sound), "one of its cuts has a direction without length, or no size"),
+            (of_none, "one of its cuts is of a scan that it has not"),
+            (
+                !opacities.into_iter().all(share) || !share(scene.depth_cue),
+                "one of its opacities, or its depth cue, is not between 0 and 1",
+            ),
+            (!(PER_VOXEL.contains(&per_voxel)), "its steps in a voxel's length are not between 0.01 and 1000"),
+            (!(fov_deg > 0.0 && fov_deg < 180.0), "its field of view is not between 0 and 180 degrees"),
+            (scene.window.is_some_and(|w| w.width <= 0.0), "its window has no width"),
+            (!self.compare.is_sound(), "how it compares scans has a number that cannot be"),
+        ]
+        .into_iter()
+        .find_map(|(is_flawed, flaw)| is_flawed.then_some(flaw))
+    }
+
+    /// Writes it to `file`.
+    pub fn write(&self, file: &Path) -> Result<(), OutputError> {
+        let text = serde_json::to_string_pretty(self).expect("a session has only numbers, texts and lists");
+        write_whole(file, text.as_bytes())
+    }
+}
