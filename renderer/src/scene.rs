@@ -135,7 +135,12 @@ impl Color {
 
     /// As `rrggbb`.
     pub fn hex(self) -> String {
-        self.0.map(|c| format!("{:02x}", (255.0 * c.clamp(0.0, 1.0)).round() as u8)).concat()
+        self.bytes().map(|byte| format!("{byte:02x}")).concat()
+    }
+
+    /// Red, green and blue from 0 to 255.
+    pub fn bytes(self) -> [u8; 3] {
+        self.0.map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8)
     }
 
     /// The colour of light (linear RGB).
@@ -326,6 +331,14 @@ pub struct Scene {
 pub const BACKGROUND: Color = Color([0.07, 0.08, 0.1]);
 
 impl Scene {
+    /// The background as sRGB bytes with alpha; clear where there is none.
+    pub(crate) fn background_bytes(&self) -> [u8; 4] {
+        self.background.map_or([0; 4], |color| {
+            let [r, g, b] = color.bytes();
+            [r, g, b, 255]
+        })
+    }
+
     /// The scene that `volumes` open with, from anterior and slightly above.
     pub fn of(volumes: &[Arc<Volume>]) -> Self {
         let layers: Vec<Layer> = volumes.iter().enumerate().map(|(i, v)| Layer::new(v, i, volumes.len())).collect();

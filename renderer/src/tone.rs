@@ -1,7 +1,7 @@
 //! From the numbers of a projection to a picture: the same for both renderers.
 
 use crate::frame::{Frame, FrameLayer};
-use crate::scene::{Mode, Picture, Scene, Window};
+use crate::scene::{Color, Mode, Picture, Scene, Window};
 use rayon::prelude::*;
 
 /// What a pixel's ray has gathered of one layer, relative to its level and in sample units: the largest value or the integral over depth, and
@@ -17,9 +17,7 @@ struct Value {
 
 /// Colours the picture of a projection; `gathered` holds for each pixel what each layer has given.
 pub(crate) fn colored(frame: &Frame, scene: &Scene, width: u32, height: u32, gathered: &[Gathered]) -> Picture {
-    let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0).round() as u8;
-    let background = scene.background.map_or([0; 4], |c| [byte(c.0[0]), byte(c.0[1]), byte(c.0[2]), 255]);
-    let mut picture = Picture::of(background, width, height);
+    let mut picture = Picture::of(scene.background_bytes(), width, height);
     picture.values = vec![f32::NAN; picture.rgba.len()];
     let count = frame.layers.len();
     if count == 0 {
@@ -68,7 +66,8 @@ pub(crate) fn colored(frame: &Frame, scene: &Scene, width: u32, height: u32, gat
             (0..3).for_each(|a| color[a] += tint[a] * brightness(value));
         }
         if best.is_some() {
-            *rgba = [byte(color[0]), byte(color[1]), byte(color[2]), 255];
+            let [r, g, b] = Color(color).bytes();
+            *rgba = [r, g, b, 255];
         }
     });
     picture

@@ -1,6 +1,6 @@
 //! Parts that several panels have.
 
-use bregma_renderer::{Color, Layer};
+use bregma_renderer::Color;
 use egui::{Align, Color32, DragValue, Layout, Slider, Ui};
 use glam::DVec3;
 
@@ -40,7 +40,7 @@ pub fn vector(ui: &mut Ui, label: &str, name: &str, value: &mut DVec3, speed: f6
 
 /// A colour that can be changed; whether it was.
 pub fn color_button(ui: &mut Ui, color: &mut Color, name: &str) -> bool {
-    let mut srgb = bytes(*color);
+    let mut srgb = color.bytes();
     let changed = ui.color_edit_button_srgb(&mut srgb).on_hover_text(name).accessible_name(name).changed();
     if changed {
         *color = Color(srgb.map(|c| f32::from(c) / 255.0));
@@ -48,13 +48,8 @@ pub fn color_button(ui: &mut Ui, color: &mut Color, name: &str) -> bool {
     changed
 }
 
-/// The layer's colour on the screen.
-pub fn color(layer: &Layer) -> Color32 {
-    let [r, g, b] = bytes(layer.color);
+/// A colour on the screen.
+pub fn color(color: Color) -> Color32 {
+    let [r, g, b] = color.bytes();
     Color32::from_rgb(r, g, b)
-}
-
-/// An sRGB colour in bytes.
-pub fn bytes(color: Color) -> [u8; 3] {
-    color.0.map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8)
 }

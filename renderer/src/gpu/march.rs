@@ -129,9 +129,7 @@ impl GpuRenderer {
 
     /// The picture of a mode that goes on behind the first surface.
     pub(super) fn march(&mut self, frame: &Frame, scene: &Scene, width: u32, height: u32) -> Result<Picture, GpuError> {
-        let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0).round() as u8;
-        let background = scene.background.map_or([0; 4], |c| [byte(c.0[0]), byte(c.0[1]), byte(c.0[2]), 255]);
-        let mut picture = Picture::of(background, width, height);
+        let mut picture = Picture::of(scene.background_bytes(), width, height);
         let plan = self.plan(frame, scene, width, height, 1)?;
         if plan.volumes.is_empty() {
             return Ok(picture);

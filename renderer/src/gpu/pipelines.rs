@@ -354,9 +354,7 @@ impl Target {
     /// Waits for the picture and copies it to memory.
     pub fn read(&self, gpu: &Gpu, plan: &Plan, frame: &Frame, scene: &Scene) -> Result<Picture, GpuError> {
         let (width, height) = (self.width, self.height);
-        let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0).round() as u8;
-        let background = scene.background.map_or([0; 4], |c| [byte(c.0[0]), byte(c.0[1]), byte(c.0[2]), 255]);
-        let mut picture = Picture::of(background, width, height);
+        let mut picture = Picture::of(scene.background_bytes(), width, height);
         if plan.blocks.is_empty() {
             return Ok(picture);
         }

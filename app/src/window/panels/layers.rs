@@ -107,7 +107,7 @@ fn card(ui: &mut Ui, volume: &Volume, layer: &mut Layer, shown: Shown) -> bool {
         volume.grid().spacing_mm().to_array().map(|s| format!("{s:.3}").trim_end_matches('0').trim_end_matches('.').to_owned());
     let spacing = if sx == sy && sy == sz { sx } else { format!("{sx} × {sy} × {sz}") };
     ui.weak(format!("{nx} × {ny} × {nz}  ·  {spacing} mm")).on_hover_text("Samples along each axis, and the distances between them");
-    let text_color = if layer.visible { color(layer) } else { ui.visuals().weak_text_color() };
+    let text_color = if layer.visible { color(layer.color) } else { ui.visuals().weak_text_color() };
     match shown {
         Shown::Transfer => {
             let name = layer.transfer.as_ref().map_or("bone", |t| t.name.as_str());

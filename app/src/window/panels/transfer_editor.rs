@@ -1,6 +1,6 @@
 //! A volume's transfer function over its histogram: points to drag, add and remove.
 
-use super::super::widgets::{bytes, color_button};
+use super::super::widgets::{color, color_button};
 use super::histogram;
 use bregma_field::Volume;
 use bregma_measure::export::suffix;
@@ -74,10 +74,9 @@ pub fn show(ui: &mut Ui, volume: &Volume, layer: &mut Layer) {
         if point.secondary_clicked() {
             removed = Some(n);
         }
-        let [r, g, b] = bytes(function.points[n].color);
         let ring = if n == selected { Color32::WHITE } else { Color32::from_gray(150) };
         let place = field.place(&function.points[n]);
-        ui.painter().circle(place, if n == selected { 6.0 } else { 4.5 }, Color32::from_rgb(r, g, b), Stroke::new(1.5, ring));
+        ui.painter().circle(place, if n == selected { 6.0 } else { 4.5 }, color(function.points[n].color), Stroke::new(1.5, ring));
         let text = format!("{:.4}{}, opacity {:.2}", function.points[n].value, suffix(volume.unit()), function.points[n].opacity);
         point.on_hover_text(text.replace(".0000", ""));
     }
@@ -189,7 +188,7 @@ fn backdrop(ui: &Ui, field: &Field, volume: &Volume, layer: &Layer) {
         let value = field.range[0] + (n as f64 + 0.5) / width as f64 * field.width();
         let at = classify(&controls, value);
         let opacity = 1.0 - (-at.w * over_mm as f32).exp();
-        let [r, g, b] = bytes(Color::of_light(at.truncate()));
+        let [r, g, b] = Color::of_light(at.truncate()).bytes();
         painter.rect_filled(bar(opacity), 0.0, Color32::from_rgba_unmultiplied(r, g, b, 150));
         painter.rect_filled(bar(opacity).intersect(Rect::everything_above(bar(opacity).top() + 1.5)), 0.0, Color32::from_rgb(r, g, b));
     }

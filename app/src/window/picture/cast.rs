@@ -36,7 +36,7 @@ impl Found {
 
     fn of(work: &Work, ray: Ray) -> Result<Self, String> {
         let layers = work.opened.scene.layers.clone();
-        let colors = layers.iter().filter(|l| l.visible).map(color).collect();
+        let colors = layers.iter().filter(|l| l.visible).map(|l| color(l.color)).collect();
         let mut found = Self {
             ray: measure(work, &ray)?,
             colors,

@@ -1,7 +1,7 @@
 //! What is drawn over the picture: anatomical directions, the scale bar, the difference ray.
 
 use super::super::measured::NamedRay;
-use super::super::widgets::bytes;
+use super::super::widgets::color;
 use super::cast::Found;
 use super::navigate::{anatomical, mm_per_pixel};
 use bregma_renderer::{Camera, Projection};
@@ -116,7 +116,7 @@ pub fn other_ray(painter: &Painter, screen: &Screen<'_>, found: &Found, named: &
     let (Some(first), Some(last), Some([enter, _])) = (found.ray.ledger.first(), found.ray.ledger.last(), found.extent_mm()) else {
         return;
     };
-    let color = of(named.color);
+    let color = color(named.color);
     if let Some(ends) = screen.line([found.at(first.from_mm).0, found.at(last.to_mm).0]) {
         line(painter, ends, 1.0, color);
     }
@@ -179,11 +179,6 @@ pub fn ray(painter: &Painter, screen: &Screen<'_>, found: &Found) {
             }
         }
     }
-}
-
-fn of(color: bregma_renderer::Color) -> Color32 {
-    let [r, g, b] = bytes(color);
-    Color32::from_rgb(r, g, b)
 }
 
 /// A filled circle with a dark edge.
