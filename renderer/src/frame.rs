@@ -3,8 +3,9 @@
 use crate::camera::PixelRays;
 use crate::cell_masks::CellMasks;
 use crate::light_spans::LightSpans;
+use crate::modes::{Gather, Setting};
 use crate::occupancy::DistanceMap;
-use crate::scene::{Color, CutFace, Integrator, Layer, Mode, Scene, Shell, Window};
+use crate::scene::{Color, CutFace, Integrator, Layer, Scene, Shell, Window};
 use crate::spans::Spans;
 use crate::transfer::{TransferFunction, classify};
 use crate::{InstructionSet, RenderError};
@@ -132,6 +133,8 @@ impl Frame {
         if width == 0 || height == 0 {
             return Err(RenderError::NoPixels { width, height });
         }
+        scene.check()?;
+        let gather = scene.mode.gather();
         let world_rays = scene.camera.pixel_rays(width, height);
         let surfaces = scene.hulls(volumes)?;
         let forward = scene.camera.basis().forward;
@@ -183,7 +186,7 @@ impl Frame {
             FrameLayer {
                 index,
                 level: surface.level as f32,
-                spans: if shows_faces && scene.is_opaque() {
+                spans: if shows_faces && scene.mode.uses(Setting::Solver) {
                     Spans::everywhere(far - base_mm + margin, [width, height])
                 } else {
                     Spans::of(&map, &masks, &surface.grid, &scene.camera, base_mm, [width, height], begins_inside)
@@ -194,7 +197,7 @@ impl Frame {
                 gradient_factors: shown.gradient_factors,
                 inner: scene.layers[index].inner_color.map(Color::linear),
                 shows_faces,
-                needs_cubic: scene.integrator == Integrator::Exact || scene.is_transparent(),
+                needs_cubic: scene.integrator == Integrator::Exact || gather == Gather::Crossings,
                 face_colors: if by_transfer { face_colors(&scene.layers[index], &volumes[index]) } else { vec![] },
                 brightness: [slope / width_of_window, (value_at_level - window.level) / width_of_window + 0.5].map(|v| v as f32),
                 air: if surface.volume.unit() == Unit::Hounsfield { AIR_HU } else { surface.volume.range()[0] },
@@ -220,7 +223,7 @@ impl Frame {
             toward_light: toward_light.as_vec3(),
             shadow_start_mm: if finest_mm.is_finite() { SHADOW_START_VOXEL * finest_mm } else { 0.0 },
             background: scene.background.map_or(Vec4::ZERO, |c| c.linear().extend(1.0)),
-            only_nearest: scene.mode == Mode::Iso && !scene.transparent,
+            only_nearest: gather == Gather::Nearest,
             cue_per_mm: cue_per_mm as f32,
             step_mm: step_mm as f32,
             skin_mm: if finest_mm.is_finite() { finest_mm as f32 } else { 0.0 },
@@ -267,13 +270,14 @@ impl Shown {
         let (layer, volume) = (&scene.layers[index], &surface.volume);
         // Against the level as the rays know it.
         let relative = |value: f64| (f64::from(surface.sign) * (volume.sample_of(value) - f64::from(surface.level as f32))) as f32;
-        if scene.is_transparent() {
+        let gather = scene.mode.gather();
+        if gather == Gather::Crossings {
             let main = Shell { iso: layer.iso, color: layer.color, opacity: layer.opacity };
             let mut shells: Vec<Shell> = layer.shells.iter().copied().chain([main]).collect();
             shells.sort_by(|a, b| a.iso.total_cmp(&b.iso));
             let paint = |s: &Shell| s.color.linear().extend(s.opacity.clamp(0.0, 1.0));
             Self { levels: shells.iter().map(|s| relative(s.iso)).collect(), paints: shells.iter().map(paint).collect(), ..Self::default() }
-        } else if scene.mode == Mode::Dvr {
+        } else if gather == Gather::Density {
             let controls = layer.controls(volume);
             let levels: Vec<f32> = controls.iter().map(|c| relative(c.value)).collect();
             let paints: Vec<Vec4> = controls.iter().map(|c| c.color.extend(c.extinction_per_mm as f32)).collect();

@@ -12,6 +12,8 @@ mod frame;
 mod gpu;
 mod lanes;
 mod light_spans;
+mod modes;
+mod named;
 mod occupancy;
 mod roots;
 mod scene;
@@ -26,11 +28,13 @@ pub use cpu::CpuRenderer;
 pub use fearless_simd::Level as InstructionSet;
 #[cfg(feature = "gpu")]
 pub use gpu::{GpuError, GpuRenderer};
+pub use modes::{Gather, Mode, RayValue, Setting};
+pub use named::Named;
 pub use occupancy::DistanceMap;
 pub use roots::{PerVoxel, Solver, Steps};
 pub use scene::{
-    BACKGROUND, Color, CutFace, Integrator, Layer, Light, MOST_VOLUMES, Mode, Normals, PER_VOXEL, Picture, Reconstruction, Scene, Shell,
-    Window,
+    BACKGROUND, Color, CutFace, Integrator, Layer, Light, MOST_VOLUMES, Normals, PER_VOXEL, Picture, Reconstruction, Scene, SceneError,
+    Shell, Window,
 };
 pub use transfer::{Control, GradientPoint, Point, TransferFunction, Values, classify};
 
@@ -140,6 +144,9 @@ pub enum RenderError {
         /// Pixels down.
         height: u32,
     },
+    /// A scene that no renderer could draw.
+    #[error("the scene cannot be drawn: {0}")]
+    Scene(#[from] SceneError),
     /// A registration that flattens a volume.
     #[error("the transform of a volume cannot be used: {0}")]
     Transform(#[from] GridError),

@@ -1,38 +1,15 @@
 //! What is drawn and how: one plain value that the window, the command line, sessions and tests share.
 
-use crate::camera::Camera;
+use crate::camera::{Camera, Projection};
+use crate::modes::{Gather, Mode, Setting};
+use crate::named;
 use crate::roots::{Method, Solver};
 use crate::transfer::{Control, TransferFunction, lowest_visible};
 use bregma_field::{Bounds, Clip, GridError, Measured, Surface, Volume};
 use glam::{DAffine3, DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-
-/// How the surfaces of several volumes are put together.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Mode {
-    /// The nearest surface.
-    #[default]
-    Iso,
-    /// The nearest first hit transparent, the next volume's first hit opaque behind it; a lone hit is opaque.
-    Overlay,
-    /// Direct volume rendering: light that the whole volume sends and keeps, by its transfer function (Max 1995).
-    Dvr,
-    /// The largest value along the ray.
-    Max,
-    /// The mean of the values along the ray.
-    Mean,
-    /// The integral of the values along the ray, drawn by Beer's law.
-    Xray,
-}
-
-impl Mode {
-    /// Whether a picture is one number for each volume and pixel, before it is coloured.
-    pub fn is_projection(self) -> bool {
-        matches!(self, Self::Max | Self::Mean | Self::Xray)
-    }
-}
+use thiserror::Error;
 
 /// How direct volume rendering integrates along a ray.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -59,44 +36,47 @@ impl Default for Integrator {
     }
 }
 
-/// Which gradient of the samples stands for the surface's normal where it is shaded.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Normals {
-    /// Central differences at the samples, interpolated between them (Levoy 1988): the same at both sides of a cell's face.
-    #[default]
-    Smooth,
-    /// Of the interpolant itself: what the surface has, with an edge at each cell's face.
-    Analytic,
+named! {
+    /// Which gradient of the samples stands for the surface's normal where it is shaded.
+    #[derive(Default)]
+    pub enum Normals {
+        /// Central differences at the samples, interpolated between them: no edges between cells (Levoy 1988).
+        #[default]
+        Smooth = "smooth",
+        /// Of the interpolant itself: what the surface has, with an edge at each cell's face.
+        Analytic = "analytic",
+    }
 }
 
-/// What lies between the samples, where opaque surfaces are drawn.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Reconstruction {
-    /// The trilinear interpolant, which measurements are of.
-    #[default]
-    Trilinear,
-    /// The tricubic B-spline through the samples (Sigg and Hadwiger 2005): smooth, slower to draw, and another surface. Its crossings are
-    /// found to 1e-3 voxel; two that lie nearer to each other than 1/512 of the way through a cell may be missed.
-    Spline,
+named! {
+    /// What lies between the samples, where opaque surfaces are drawn. The spline's crossings are found to 1e-3 voxel; two that lie nearer to
+    /// each other than 1/512 of the way through a cell may be missed (Sigg and Hadwiger 2005).
+    #[derive(Default)]
+    pub enum Reconstruction {
+        /// The trilinear interpolant: what everything is measured on.
+        #[default]
+        Trilinear = "trilinear",
+        /// The tricubic B-spline through the samples: smooth and slow, for stills, and another surface.
+        Spline = "spline",
+    }
 }
 
-/// What a cut shows where it goes through a volume.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum CutFace {
-    /// The bone's section in its colour; nothing of what is not bone.
-    #[default]
-    Bone,
-    /// All values as grey, by the window and level.
-    Density,
-    /// Those of all volumes, each in its colour, added: white where cyan and magenta agree.
-    Blend,
-    /// The first volume's values less the second's, where both are: red where the first is denser, blue where the second is.
-    Difference,
-    /// The values of the nearest volume in the colours of its transfer function, on black as far as that is clear.
-    Transfer,
+named! {
+    /// What a cut shows where it goes through a volume.
+    #[derive(Default)]
+    pub enum CutFace {
+        /// The bone's section in its colour; nothing of what is not bone.
+        #[default]
+        Bone = "bone",
+        /// All values as grey, by the window and level.
+        Density = "density",
+        /// Those of all volumes, each in its colour, added: white where cyan and magenta agree.
+        Blend = "blend",
+        /// The first volume's values less the second's, where both are: red where the first is denser, blue where the second is.
+        Difference = "difference",
+        /// The values of the nearest volume in the colours of its transfer function, on black as far as that is clear.
+        Transfer = "transfer",
+    }
 }
 
 /// Which values are black and which are white.
@@ -286,7 +266,7 @@ pub struct Scene {
     pub layers: Vec<Layer>,
     /// Where it is seen from.
     pub camera: Camera,
-    /// How surfaces are put together.
+    /// How a picture is made of them.
     pub mode: Mode,
     /// How roots are found.
     #[serde(default)]
@@ -299,9 +279,6 @@ pub struct Scene {
     /// Whether visible surfaces, of any layer, keep the light from others: hard shadows.
     #[serde(default)]
     pub shadows: bool,
-    /// Whether surfaces of [`Mode::Iso`] let those behind show through, by their opacity: each crossing counts, until 0.95 is reached.
-    #[serde(default)]
-    pub transparent: bool,
     /// How much of the background's colour what lies farthest away takes on, 0 to 1.
     #[serde(default)]
     pub depth_cue: f32,
@@ -314,7 +291,7 @@ pub struct Scene {
     /// Which values are black and white; what a picture holds when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub window: Option<Window>,
-    /// Whether [`Mode::Max`], [`Mode::Mean`] and [`Mode::Xray`] take the magnitude of the interpolant's gradient, per mm, for the values.
+    /// Whether modes that gather numbers take the magnitude of the interpolant's gradient, per mm, for the values.
     #[serde(default)]
     pub of_gradient: bool,
     /// How [`Mode::Dvr`] integrates.
@@ -325,6 +302,29 @@ pub struct Scene {
     pub normals: Normals,
     /// Behind everything; `None` is transparent.
     pub background: Option<Color>,
+}
+
+/// What of a scene no renderer could draw.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum SceneError {
+    /// A plane, box or cylinder that is none.
+    #[error("one of its cuts has a direction without length, or no size")]
+    Cut,
+    /// A cut of a layer that is not there.
+    #[error("one of its cuts is of a scan that it has not")]
+    CutOfNone,
+    /// Shares beyond their ends.
+    #[error("one of its opacities, or its depth cue, is not between 0 and 1")]
+    Opacity,
+    /// Beyond [`PER_VOXEL`].
+    #[error("its steps in a voxel's length are not between 0.01 and 1000")]
+    Steps,
+    /// No perspective.
+    #[error("its field of view is not between 0 and 180 degrees")]
+    FieldOfView,
+    /// No window of values.
+    #[error("its window has a width below 0, or no numbers")]
+    Window,
 }
 
 /// Dark blue-grey: bone stands out on it, and it prints.
@@ -351,7 +351,6 @@ impl Scene {
             reconstruction: Reconstruction::Trilinear,
             light: Light::default(),
             shadows: false,
-            transparent: false,
             depth_cue: 0.0,
             clips: vec![],
             cut_face: CutFace::Bone,
@@ -363,6 +362,25 @@ impl Scene {
         }
     }
 
+    /// Whether a renderer can draw it.
+    pub fn check(&self) -> Result<(), SceneError> {
+        let share = |v: f32| (0.0..=1.0).contains(&v);
+        let mut opacities = self.layers.iter().flat_map(|l| l.shells.iter().map(|s| s.opacity).chain([l.opacity]));
+        let fov_deg = if let Projection::Perspective { fov_deg } = self.camera.projection { fov_deg } else { 30.0 };
+        let per_voxel = if let Integrator::Steps { per_voxel, .. } = self.integrator { per_voxel } else { 1.0 };
+        let of_none = self.clips.iter().flat_map(|clip| clip.layers.iter().flatten()).any(|n| *n >= self.layers.len());
+        let flaws = [
+            (!self.clips.iter().all(Clip::is_sound), SceneError::Cut),
+            (of_none, SceneError::CutOfNone),
+            (!opacities.all(share) || !share(self.depth_cue), SceneError::Opacity),
+            (!PER_VOXEL.contains(&per_voxel), SceneError::Steps),
+            (!(fov_deg > 0.0 && fov_deg < 180.0), SceneError::FieldOfView),
+            // One without width is a threshold.
+            (self.window.is_some_and(|w| !(w.width >= 0.0 && w.level.is_finite())), SceneError::Window),
+        ];
+        flaws.into_iter().find(|(is_flawed, _)| *is_flawed).map_or(Ok(()), |(_, flaw)| Err(flaw))
+    }
+
     /// The surfaces of the visible layers with their layer numbers.
     pub fn surfaces(&self, volumes: &[Arc<Volume>]) -> Result<Vec<(usize, Surface)>, GridError> {
         self.surfaces_at(volumes, |layer, _| layer.iso)
@@ -370,11 +388,11 @@ impl Scene {
 
     /// For each visible layer the isosurface that holds all that its mode draws of it.
     pub(crate) fn hulls(&self, volumes: &[Arc<Volume>]) -> Result<Vec<(usize, Surface)>, GridError> {
-        self.surfaces_at(volumes, |layer, volume| match self.mode {
-            Mode::Iso if self.transparent => layer.shells.iter().map(|s| s.iso).fold(layer.iso, f64::min),
-            Mode::Iso | Mode::Overlay => layer.iso,
-            Mode::Dvr => lowest_visible(&layer.controls(volume)).unwrap_or(f64::INFINITY),
-            Mode::Max | Mode::Mean | Mode::Xray => f64::NEG_INFINITY,
+        self.surfaces_at(volumes, |layer, volume| match self.mode.gather() {
+            Gather::Nearest | Gather::FirstOfEach => layer.iso,
+            Gather::Crossings => layer.shells.iter().map(|s| s.iso).fold(layer.iso, f64::min),
+            Gather::Density => lowest_visible(&layer.controls(volume)).unwrap_or(f64::INFINITY),
+            Gather::Number(_) => f64::NEG_INFINITY,
         })
     }
 
@@ -385,19 +403,9 @@ impl Scene {
             .collect()
     }
 
-    /// Whether every surface along a ray is drawn, and not only the first.
-    pub(crate) fn is_transparent(&self) -> bool {
-        self.mode == Mode::Iso && self.transparent
-    }
-
-    /// Whether only the first surfaces along a ray are drawn, and none shows through but by [`Mode::Overlay`].
-    pub fn is_opaque(&self) -> bool {
-        matches!(self.mode, Mode::Iso | Mode::Overlay) && !self.is_transparent()
-    }
-
     /// Whether what is drawn are surfaces of the spline.
     pub fn draws_spline(&self) -> bool {
-        self.reconstruction == Reconstruction::Spline && self.is_opaque()
+        self.reconstruction == Reconstruction::Spline && self.mode.uses(Setting::Solver)
     }
 
     /// How surfaces are found within cells.

@@ -1,7 +1,8 @@
 //! From the numbers of a projection to a picture: the same for both renderers.
 
 use crate::frame::{Frame, FrameLayer};
-use crate::scene::{Color, Mode, Picture, Scene, Window};
+use crate::modes::RayValue;
+use crate::scene::{Color, Picture, Scene, Window};
 use rayon::prelude::*;
 
 /// What a pixel's ray has gathered of one layer, relative to its level and in sample units: the largest value or the integral over depth, and
@@ -16,7 +17,7 @@ struct Value {
 }
 
 /// Colours the picture of a projection; `gathered` holds for each pixel what each layer has given.
-pub(crate) fn colored(frame: &Frame, scene: &Scene, width: u32, height: u32, gathered: &[Gathered]) -> Picture {
+pub(crate) fn colored(frame: &Frame, scene: &Scene, of: RayValue, [width, height]: [u32; 2], gathered: &[Gathered]) -> Picture {
     let mut picture = Picture::of(scene.background_bytes(), width, height);
     picture.values = vec![f32::NAN; picture.rgba.len()];
     let count = frame.layers.len();
@@ -31,12 +32,12 @@ pub(crate) fn colored(frame: &Frame, scene: &Scene, width: u32, height: u32, gat
         let value = f64::from(value) * layer.value_scale;
         let mm = frame.world_rays.direction.at(n as u32 % width, n as u32 / width).length();
         let length_mm = depth * mm;
-        let value = match scene.mode {
-            Mode::Mean => at + if depth > 0.0 { value / depth } else { 0.0 },
-            Mode::Xray => (value + at * depth) * mm,
-            _ => value + at,
+        let value = match of {
+            RayValue::Max => value + at,
+            RayValue::Mean => at + if depth > 0.0 { value / depth } else { 0.0 },
+            RayValue::Integral => (value + at * depth) * mm,
         };
-        let air = if scene.mode == Mode::Xray && !scene.of_gradient { layer.air } else { 0.0 };
+        let air = if of == RayValue::Integral && !scene.of_gradient { layer.air } else { 0.0 };
         Some(Value { value, length_mm, seen: value - air * length_mm })
     };
     let values_of = |n: usize| {
@@ -45,14 +46,14 @@ pub(crate) fn colored(frame: &Frame, scene: &Scene, width: u32, height: u32, gat
             move |(layer, g)| value(n, layer, *g)
         })
     };
-    picture.values.par_iter_mut().enumerate().for_each(|(n, together)| *together = of_all(scene.mode, values_of(n).flatten()) as f32);
+    picture.values.par_iter_mut().enumerate().for_each(|(n, together)| *together = of_all(of, values_of(n).flatten()) as f32);
     let seen = (0..picture.rgba.len()).into_par_iter().flat_map_iter(|n| values_of(n).flatten().map(|v| [v.seen; 2]));
     let range = seen.reduce_with(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
     let window = scene.window.unwrap_or_else(|| Window::between(range.unwrap_or([0.0, 1.0])));
     let brightness = |value: f64| {
         let b = window.brightness(value) as f32;
         // A film is the blacker, the less it was shielded (Beer); bone is white, as on a light box.
-        if scene.mode == Mode::Xray { (-FILM * b).exp_m1() / (-FILM).exp_m1() } else { b }
+        if of == RayValue::Integral { (-FILM * b).exp_m1() / (-FILM).exp_m1() } else { b }
     };
     picture.rgba.par_iter_mut().zip(&mut picture.volume_id).enumerate().for_each(|(n, (rgba, id))| {
         let (mut color, mut best) = ([0.0_f32; 3], None::<f64>);
@@ -77,20 +78,20 @@ pub(crate) fn colored(frame: &Frame, scene: &Scene, width: u32, height: u32, gat
 const FILM: f32 = 3.0;
 
 /// The value of all volumes together.
-fn of_all(mode: Mode, values: impl Iterator<Item = Value>) -> f64 {
+fn of_all(of: RayValue, values: impl Iterator<Item = Value>) -> f64 {
     let (mut result, mut length_mm, mut any) = (0.0, 0.0, false);
     for one in values {
-        match mode {
-            Mode::Mean => result += one.value * one.length_mm,
-            Mode::Xray => result += one.value,
-            _ => result = if any { one.value.max(result) } else { one.value },
+        match of {
+            RayValue::Max => result = if any { one.value.max(result) } else { one.value },
+            RayValue::Mean => result += one.value * one.length_mm,
+            RayValue::Integral => result += one.value,
         }
         (length_mm, any) = (length_mm + one.length_mm, true);
     }
-    match mode {
+    match of {
         _ if !any => f64::NAN,
-        Mode::Mean if length_mm > 0.0 => result / length_mm,
-        Mode::Mean => f64::NAN,
-        _ => result,
+        RayValue::Mean if length_mm > 0.0 => result / length_mm,
+        RayValue::Mean => f64::NAN,
+        RayValue::Max | RayValue::Integral => result,
     }
 }

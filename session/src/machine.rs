@@ -1,17 +1,19 @@
 //! What draws.
 
-use bregma_renderer::{CpuRenderer, GpuError, GpuRenderer, RenderError, Renderer};
+use bregma_renderer::{CpuRenderer, GpuError, GpuRenderer, RenderError, Renderer, named};
 
-/// What shall draw.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Machine {
-    /// A hardware GPU if there is one, else the CPU.
-    #[default]
-    Auto,
-    /// The CPU.
-    Cpu,
-    /// Any GPU, even a software driver.
-    Gpu,
+named! {
+    /// What shall draw.
+    #[derive(Default)]
+    pub enum Machine {
+        /// A hardware GPU if there is one, else the CPU.
+        #[default]
+        Auto = "auto",
+        /// The CPU.
+        Cpu = "cpu",
+        /// Any GPU, even a software driver.
+        Gpu = "gpu",
+    }
 }
 
 impl Machine {

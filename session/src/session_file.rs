@@ -4,7 +4,7 @@ use crate::compare::Compare;
 use crate::measurement::Measurement;
 use crate::output::{OutputError, write_whole};
 use crate::source::Source;
-use bregma_renderer::{Clip, Integrator, PER_VOXEL, Projection, Scene};
+use bregma_renderer::{Clip, Scene};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -61,7 +61,8 @@ impl Session {
         }
         let fail = |reason: String| SessionError { file: file.display().to_string(), reason };
         let text = std::fs::read_to_string(file).map_err(|e| fail(e.to_string()))?;
-        let mut session: Self = serde_json::from_str(&text).map_err(|e| fail(e.to_string()))?;
+        let mut session: Self =
+            serde_json::from_str(&text).and_then(|json| serde_json::from_value(renewed(json))).map_err(|e| fail(e.to_string()))?;
         if session.bregma_session != 1 {
             return Err(fail(format!("its version is {}", session.bregma_session)));
         }
@@ -85,8 +86,9 @@ impl Session {
             *transfer = own.checked().map_err(|e| fail(format!("its transfer function {name} {e}")))?;
         }
         session.scene.clips.iter_mut().for_each(Clip::normalize);
-        if let Some(flaw) = session.flaw() {
-            return Err(fail(flaw.into()));
+        session.scene.check().map_err(|e| fail(e.to_string()))?;
+        if !session.compare.is_sound() {
+            return Err(fail("how it compares scans has a number that cannot be".into()));
         }
         let folder = file.parent().unwrap_or(Path::new(""));
         for volume in &mut session.volumes {
@@ -95,34 +97,20 @@ impl Session {
         Ok(Some(session))
     }
 
-    /// What of the scene no renderer could draw, if anything.
-    fn flaw(&self) -> Option<&'static str> {
-        let scene = &self.scene;
-        let share = |v: f32| (0.0..=1.0).contains(&v);
-        let opacities = scene.layers.iter().flat_map(|l| l.shells.iter().map(|s| s.opacity).chain([l.opacity]));
-        let fov_deg = if let Projection::Perspective { fov_deg } = scene.camera.projection { fov_deg } else { 30.0 };
-        let per_voxel = if let Integrator::Steps { per_voxel, .. } = scene.integrator { per_voxel } else { 1.0 };
-        let count = scene.layers.len();
-        let of_none = scene.clips.iter().flat_map(|clip| clip.layers.iter().flatten()).any(|n| *n >= count);
-        [
-            (!scene.clips.iter().all(Clip::is_sound), "one of its cuts has a direction without length, or no size"),
-            (of_none, "one of its cuts is of a scan that it has not"),
-            (
-                !opacities.into_iter().all(share) || !share(scene.depth_cue),
-                "one of its opacities, or its depth cue, is not between 0 and 1",
-            ),
-            (!(PER_VOXEL.contains(&per_voxel)), "its steps in a voxel's length are not between 0.01 and 1000"),
-            (!(fov_deg > 0.0 && fov_deg < 180.0), "its field of view is not between 0 and 180 degrees"),
-            (scene.window.is_some_and(|w| w.width <= 0.0), "its window has no width"),
-            (!self.compare.is_sound(), "how it compares scans has a number that cannot be"),
-        ]
-        .into_iter()
-        .find_map(|(is_flawed, flaw)| is_flawed.then_some(flaw))
-    }
-
     /// Writes it to `file`.
     pub fn write(&self, file: &Path) -> Result<(), OutputError> {
         let text = serde_json::to_string_pretty(self).expect("a session has only numbers, texts and lists");
         write_whole(file, text.as_bytes())
     }
+}
+
+/// A session as this version writes it: before transparent surfaces were a mode of their own, the scene said of isosurfaces whether they are.
+fn renewed(mut session: serde_json::Value) -> serde_json::Value {
+    if let Some(scene) = session.get_mut("scene")
+        && scene["mode"] == "iso"
+        && scene["transparent"] == true
+    {
+        scene["mode"] = "transparent".into();
+    }
+    session
 }

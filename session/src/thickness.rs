@@ -6,21 +6,23 @@ use bregma_field::crossings;
 use bregma_field::{Cancelled, GridError, Progress, Volume, WorldPoint};
 use bregma_measure::mesh::Mesh;
 use bregma_measure::thickness::{self, Method, Statistics};
-use bregma_renderer::{Clip, Layer, Ray, Surface};
+use bregma_renderer::{Clip, Layer, Ray, Surface, named};
 use glam::{DAffine3, DVec3};
 use std::sync::Arc;
 use thiserror::Error;
 
-/// Which thickness is mapped; a direction belongs to the first.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ThicknessMethod {
-    /// Along rays of one direction.
-    Ray,
-    /// Along the inward normal.
-    #[default]
-    Normal,
-    /// Of the largest inscribed sphere.
-    Sphere,
+named! {
+    /// Which thickness is mapped; a direction belongs to the first.
+    #[derive(Default)]
+    pub enum ThicknessMethod {
+        /// Along rays of one direction.
+        Ray = "ray",
+        /// Along the inward normal.
+        #[default]
+        Normal = "normal",
+        /// Of the largest inscribed sphere.
+        Sphere = "sphere",
+    }
 }
 
 impl ThicknessMethod {

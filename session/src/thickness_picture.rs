@@ -3,19 +3,21 @@
 use crate::chart::fonts::{FONT, fonts};
 use bregma_measure::mesh::Mesh;
 use bregma_measure::thickness::{Statistics, cell_at};
-use bregma_renderer::{Light, Picture, Reconstruction, Scene, Surface};
+use bregma_renderer::{Light, Picture, Reconstruction, Scene, Surface, named};
 use fast_srgb8::{f32_to_srgb8, srgb8_to_f32};
 use plotters::prelude::*;
 use std::error::Error;
 
-/// Colours that grow evenly brighter, for the colour-blind too.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Colors {
-    /// Blue to yellow over green.
-    #[default]
-    Viridis,
-    /// Blue to yellow.
-    Cividis,
+named! {
+    /// Colours that grow evenly brighter, for the colour-blind too.
+    #[derive(Default)]
+    pub enum Colors {
+        /// Blue to yellow over green.
+        #[default]
+        Viridis = "viridis",
+        /// Blue to yellow.
+        Cividis = "cividis",
+    }
 }
 
 /// Values as colours.

@@ -27,7 +27,7 @@ pub fn looks(pair: &Scene) -> Vec<(&'static str, Scene)> {
             add("iso, faces", Scene { cut_face: face, ..base(Mode::Iso) });
             add("overlay, faces", Scene { cut_face: face, ..base(Mode::Overlay) });
         }
-        let mut clear = Scene { transparent: true, ..base(Mode::Iso) };
+        let mut clear = base(Mode::Transparent);
         clear.layers[0].shells = vec![Shell { iso: pair.layers[0].iso + 40.0, color: Color([0.9, 0.2, 0.2]), opacity: 0.3 }];
         clear.layers[1].inner_color = Some(Color([0.2, 0.3, 0.9]));
         add("shells, shadows", Scene { shadows: true, ..clear.clone() });

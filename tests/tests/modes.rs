@@ -288,7 +288,8 @@ fn opaque_shells_are_the_isosurface_and_clear_ones_count_every_crossing() {
     let volumes = [rough(4)];
     let mut iso = scene_of(&volumes, Mode::Iso);
     iso.layers[0].iso = 70.0;
-    let opaque = Scene { transparent: true, layers: vec![bregma_renderer::Layer { opacity: 1.0, ..iso.layers[0].clone() }], ..iso.clone() };
+    let opaque =
+        Scene { mode: Mode::Transparent, layers: vec![bregma_renderer::Layer { opacity: 1.0, ..iso.layers[0].clone() }], ..iso.clone() };
     for renderer in [&mut CpuRenderer::default() as &mut dyn Renderer, &mut gpu()] {
         let (a, b) = (renderer.render(&volumes, &iso, 200, 150).unwrap(), renderer.render(&volumes, &opaque, 200, 150).unwrap());
         let unlike = a.rgba.iter().zip(&b.rgba).filter(|(a, b)| color_difference(**a, **b) > 1).count();
@@ -417,8 +418,8 @@ fn a_cuts_face_is_the_same_in_every_mode_where_something_is_visible() {
         scene.cut_face = cut_face;
         for renderer in [&mut CpuRenderer::default() as &mut dyn Renderer, &mut gpu()] {
             let mut draw = |scene: Scene| renderer.render(&volumes, &scene, 120, 100).unwrap();
-            let all = draw(Scene { transparent: false, mode: Mode::Iso, ..scene.clone() });
-            for through in [Scene { transparent: true, ..scene.clone() }, Scene { mode: Mode::Dvr, ..scene.clone() }] {
+            let all = draw(Scene { mode: Mode::Iso, ..scene.clone() });
+            for through in [Scene { mode: Mode::Transparent, ..scene.clone() }, Scene { mode: Mode::Dvr, ..scene.clone() }] {
                 let picture = draw(through.clone());
                 let lowest = |n: usize| match through.mode {
                     Mode::Dvr => through.layers[n].controls(&volumes[n]).iter().map(|c| c.value).fold(f64::INFINITY, f64::min),

@@ -170,7 +170,7 @@ fn opaque_shells_have_the_shadows_of_an_isosurface() {
         scene.clips = clips;
         for mut renderer in [Box::new(CpuRenderer::default()) as Box<dyn Renderer>, Box::new(GpuRenderer::new(true).unwrap())] {
             let iso = renderer.render(&volumes, &scene, 240, 200).unwrap();
-            let shells = renderer.render(&volumes, &Scene { transparent: true, ..scene.clone() }, 240, 200).unwrap();
+            let shells = renderer.render(&volumes, &Scene { mode: Mode::Transparent, ..scene.clone() }, 240, 200).unwrap();
             let unlike = iso.rgba.iter().zip(&shells.rgba).filter(|(a, b)| color_difference(**a, **b) > 2).count();
             println!("{}: {unlike} of {} pixels differ by more than 2/255", renderer.backend(), iso.rgba.len());
             assert!(unlike * 10_000 <= iso.rgba.len());
@@ -183,7 +183,7 @@ fn a_transparent_ball_lets_its_share_of_the_light_through() {
     // Fails if a surface keeps more or less of the light than of what lies behind it: 60 % come through each of two.
     let grid = || Grid::new([40; 3], DVec3::splat(0.5), DVec3::splat(-9.75), DMat3::IDENTITY).unwrap();
     let volumes = [ball(grid(), 16.0, 0.0), ball(grid(), 8.0, 0.0)];
-    let mut scene = Scene { shadows: true, transparent: true, ..white(&volumes, 0.0, 0.0) };
+    let mut scene = Scene { shadows: true, mode: Mode::Transparent, ..white(&volumes, 0.0, 0.0) };
     scene.layers.iter_mut().for_each(|layer| layer.iso = 0.0);
     scene.light.toward = glam::Vec3::new(-1.0, 0.3, 0.4);
     scene.layers[0].opacity = 1.0;

@@ -1,9 +1,7 @@
 //! The command line: what is agreed in `bregma --help`.
 
 use super::look::LookArgs;
-use super::parsers::{
-    Background, COLORS, MACHINES, METHODS, background, ball, field_of_view, number, one_of, pair, point, positive, size, solver,
-};
+use super::parsers::{Background, background, ball, field_of_view, number, one_of, pair, point, positive, size, solver};
 use super::sources::Sources;
 use bregma_renderer::{Mode, Solver};
 use bregma_session::thickness::ThicknessMethod;
@@ -40,7 +38,7 @@ pub struct Cli {
 #[derive(Clone, Debug, Args)]
 pub struct Common {
     /// What draws; auto is a hardware GPU if there is one, else the CPU
-    #[arg(long, value_parser = one_of(MACHINES), default_value = "auto", global = true)]
+    #[arg(long, value_parser = one_of::<Machine>(), default_value = "auto", global = true)]
     pub backend: Machine,
     /// CPU threads; all cores when absent
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), global = true)]
@@ -145,8 +143,8 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub isovalues: Isovalues,
     /// How surfaces are put together
-    #[arg(long, value_enum)]
-    pub mode: Option<ModeName>,
+    #[arg(long, value_parser = one_of::<Mode>())]
+    pub mode: Option<Mode>,
     /// Pixels
     #[arg(long, value_name = "WxH", value_parser = size, default_value = "512x512")]
     pub size: (u32, u32),
@@ -262,7 +260,7 @@ pub struct ThicknessArgs {
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
     /// Which thickness: along a ray, along the inward normal, or of the largest inscribed sphere
-    #[arg(long, value_parser = one_of(METHODS), default_value = "normal")]
+    #[arg(long, value_parser = one_of::<ThicknessMethod>(), default_value = "normal")]
     pub method: ThicknessMethod,
     /// Of the rays, into the bone
     #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, required_if_eq("method", "ray"))]
@@ -274,7 +272,7 @@ pub struct ThicknessArgs {
     #[arg(long, value_name = "LOW,HIGH", value_parser = pair)]
     pub range: Option<(f64, f64)>,
     /// Colours
-    #[arg(long, value_parser = one_of(COLORS), default_value = "viridis")]
+    #[arg(long, value_parser = one_of::<Colors>(), default_value = "viridis")]
     pub colors: Colors,
     /// Pixels of the picture
     #[arg(long, value_name = "WxH", value_parser = size, default_value = "800x800")]
@@ -294,8 +292,8 @@ pub struct BenchArgs {
     #[command(flatten)]
     pub isovalues: Isovalues,
     /// How surfaces are put together
-    #[arg(long, value_enum, default_value = "iso")]
-    pub mode: ModeName,
+    #[arg(long, value_parser = one_of::<Mode>(), default_value = "iso")]
+    pub mode: Mode,
     /// How roots are found: exact, linear, neubauer[:2|3|4], marmitt[:2|3|4], analytic, step:1|0.5|0.25|0.125, filter (GPU)
     #[arg(long, value_name = "NAME", value_parser = solver, default_value = "exact")]
     pub solver: Solver,
@@ -342,34 +340,4 @@ pub struct StabilityArgs {
     /// Folder to write into; made if it is not there
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-}
-
-/// A render mode by name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum ModeName {
-    /// The nearest surface.
-    Iso,
-    /// The near skull transparent over the other.
-    Overlay,
-    /// Direct volume rendering by a transfer function.
-    Dvr,
-    /// The largest value along the ray.
-    Max,
-    /// The mean of the values along the ray.
-    Mean,
-    /// The integral of the values along the ray.
-    Xray,
-}
-
-impl From<ModeName> for Mode {
-    fn from(name: ModeName) -> Self {
-        match name {
-            ModeName::Iso => Self::Iso,
-            ModeName::Overlay => Self::Overlay,
-            ModeName::Dvr => Self::Dvr,
-            ModeName::Max => Self::Max,
-            ModeName::Mean => Self::Mean,
-            ModeName::Xray => Self::Xray,
-        }
-    }
 }

@@ -1,11 +1,13 @@
 //! What options say of how a scene looks, for `render` and `bench` alike.
 
 use super::error::CommandError;
-use super::parsers::{color, number, numbers, positive, share};
-use bregma_renderer::{Clip, Color, CutFace, Integrator, Layer, Mode, Normals, PER_VOXEL, Reconstruction, Scene, Shape, Shell, Window};
+use super::parsers::{color, number, numbers, one_of, positive, share};
+use bregma_renderer::{
+    Clip, Color, CutFace, Integrator, Layer, Mode, Normals, PER_VOXEL, Reconstruction, Scene, Setting, Shape, Shell, Window,
+};
 use bregma_session::Opened;
 use bregma_session::presets::{self, Preset};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use glam::DVec3;
 
 /// How the scene looks.
@@ -40,11 +42,11 @@ pub struct LookArgs {
     #[arg(long)]
     pub no_jitter: bool,
     /// What lies between the samples, of opaque surfaces
-    #[arg(long, value_enum)]
-    pub reconstruction: Option<ReconstructionName>,
+    #[arg(long, value_parser = one_of::<Reconstruction>())]
+    pub reconstruction: Option<Reconstruction>,
     /// Which gradient shades
-    #[arg(long, value_enum)]
-    pub normals: Option<NormalsName>,
+    #[arg(long, value_parser = one_of::<Normals>())]
+    pub normals: Option<Normals>,
     /// max, mean and xray of the gradient's magnitude, per mm
     #[arg(long)]
     pub gradient: bool,
@@ -65,74 +67,11 @@ pub struct LookArgs {
     #[arg(long, value_name = "X,Y,Z,DX,DY,DZ,R[@N]", value_parser = cylinder, allow_hyphen_values = true)]
     pub cylinder: Vec<Clip>,
     /// What cuts show of a volume
-    #[arg(long, value_enum)]
-    pub cut_face: Option<CutFaceName>,
+    #[arg(long, value_parser = one_of::<CutFace>())]
+    pub cut_face: Option<CutFace>,
     /// How much of the background's colour the farthest takes on, 0 to 1
     #[arg(long, value_name = "V", value_parser = share)]
     pub depth_cue: Option<f64>,
-}
-
-/// What lies between the samples, by name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum ReconstructionName {
-    /// What everything is measured on.
-    Trilinear,
-    /// The tricubic B-spline through the samples: smooth and slow, for stills, and another surface.
-    Spline,
-}
-
-/// A gradient by name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum NormalsName {
-    /// Central differences, interpolated: no edges between cells.
-    Smooth,
-    /// Of the interpolant itself.
-    Analytic,
-}
-
-/// What a cut shows, by name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum CutFaceName {
-    /// The bone's section in its colour.
-    Bone,
-    /// All values as grey.
-    Density,
-    /// All volumes' values in their colours, added.
-    Blend,
-    /// The first volume's values less the second's.
-    Difference,
-    /// The nearest volume's values in the colours of its transfer function.
-    Transfer,
-}
-
-impl From<NormalsName> for Normals {
-    fn from(name: NormalsName) -> Self {
-        match name {
-            NormalsName::Smooth => Self::Smooth,
-            NormalsName::Analytic => Self::Analytic,
-        }
-    }
-}
-
-impl From<ReconstructionName> for Reconstruction {
-    fn from(name: ReconstructionName) -> Self {
-        match name {
-            ReconstructionName::Trilinear => Self::Trilinear,
-            ReconstructionName::Spline => Self::Spline,
-        }
-    }
-}
-
-impl From<CutFaceName> for CutFace {
-    fn from(name: CutFaceName) -> Self {
-        match name {
-            CutFaceName::Bone => Self::Bone,
-            CutFaceName::Density => Self::Density,
-            CutFaceName::Blend => Self::Blend,
-            CutFaceName::Difference => Self::Difference,
-            CutFaceName::Transfer => Self::Transfer,
-        }
-    }
 }
 
 fn no_volume(n: usize, count: usize) -> CommandError {
@@ -171,7 +110,9 @@ impl LookArgs {
         if !self.preset.is_empty() {
             let mut layers: Vec<_> = scene.layers.iter_mut().zip(&opened.volumes).collect();
             set_each(&mut layers, &find(&self.preset)?, "--preset", |(layer, volume), look| look.apply(layer, volume))?;
-            scene.transparent |= scene.mode == Mode::Iso && scene.layers.iter().any(|l| !l.shells.is_empty());
+            if scene.layers.iter().any(|l| !l.shells.is_empty()) {
+                show_through(scene);
+            }
         }
         let set = |layer: &mut Layer, look: &Preset| layer.transfer = Some(look.transfer.clone());
         set_each(&mut scene.layers, &find(&self.transfer)?, "--transfer", set)
@@ -186,7 +127,9 @@ impl LookArgs {
         for (n, shell) in &self.shell {
             scene.layers.get_mut(n - 1).ok_or_else(|| no_volume(*n, count))?.shells.push(*shell);
         }
-        scene.transparent |= scene.mode == Mode::Iso && !(self.opacity.is_empty() && self.shell.is_empty());
+        if !(self.opacity.is_empty() && self.shell.is_empty()) {
+            show_through(scene);
+        }
         Ok(())
     }
 
@@ -197,13 +140,13 @@ impl LookArgs {
         if let (true, Integrator::Steps { jitter, .. }) = (self.no_jitter, &mut scene.integrator) {
             *jitter = false;
         }
-        scene.normals = self.normals.map_or(scene.normals, Into::into);
-        scene.reconstruction = self.reconstruction.map_or(scene.reconstruction, Into::into);
-        if self.reconstruction == Some(ReconstructionName::Spline) && !scene.is_opaque() {
+        scene.normals = self.normals.unwrap_or(scene.normals);
+        scene.reconstruction = self.reconstruction.unwrap_or(scene.reconstruction);
+        if self.reconstruction == Some(Reconstruction::Spline) && !scene.mode.uses(Setting::Solver) {
             let text = "--reconstruction spline is of opaque surfaces: use --mode overlay, or --mode iso without --opacity and --shell";
             return Err(CommandError::Usage(text.into()));
         }
-        scene.cut_face = self.cut_face.map_or(scene.cut_face, Into::into);
+        scene.cut_face = self.cut_face.unwrap_or(scene.cut_face);
         if let (Some(width), Some(level)) = (self.window, self.level) {
             scene.window = Some(Window { width, level });
         }
@@ -224,26 +167,26 @@ impl LookArgs {
 
     /// A sentence for each option that changes nothing in a scene of such a mode.
     pub fn idle(&self, scene: &Scene) -> Vec<String> {
-        let (dvr, projection) = (scene.mode == Mode::Dvr, scene.mode.is_projection());
-        let surfaces = matches!(scene.mode, Mode::Iso | Mode::Overlay);
-        let through = surfaces && !scene.is_opaque();
-        let cut = !scene.clips.is_empty() && !projection;
+        let uses = |setting| scene.mode.uses(setting);
+        let (dvr, numbers, shaded) = (uses(Setting::Transfer), uses(Setting::Numbers), uses(Setting::Shading));
+        let (surfaces, shells) = (uses(Setting::Surfaces), uses(Setting::Shells));
+        let cut = !scene.clips.is_empty() && shaded;
         let faces = cut && scene.cut_face != CutFace::Bone;
         let by_transfer = dvr || cut && scene.cut_face == CutFace::Transfer;
         let steps = dvr && scene.integrator != Integrator::Exact;
         let options = [
             ("--shadows", self.shadows, surfaces),
             ("--opacity", !self.opacity.is_empty(), surfaces),
-            ("--inner-color", !self.inner_color.is_empty(), through),
-            ("--shell", !self.shell.is_empty(), through),
+            ("--inner-color", !self.inner_color.is_empty(), shells),
+            ("--shell", !self.shell.is_empty(), shells),
             ("--transfer", !self.transfer.is_empty(), by_transfer),
             ("--integrator", self.integrator.is_some(), dvr),
             ("--no-jitter", self.no_jitter, steps),
-            ("--normals", self.normals.is_some(), !projection && !scene.draws_spline()),
-            ("--gradient", self.gradient, projection),
-            ("--window and --level", self.window.is_some(), projection || faces),
+            ("--normals", self.normals.is_some(), shaded && !scene.draws_spline()),
+            ("--gradient", self.gradient, numbers),
+            ("--window and --level", self.window.is_some(), numbers || faces),
             ("--cut-face", self.cut_face.is_some(), cut),
-            ("--depth-cue", self.depth_cue.is_some(), !projection),
+            ("--depth-cue", self.depth_cue.is_some(), shaded),
         ];
         let idle = options.iter().filter(|(_, is_given, counts)| *is_given && !counts);
         let mut sentences: Vec<String> =
@@ -254,6 +197,13 @@ impl LookArgs {
             sentences.push("--cut-face shows the density alone: blend and difference are of two scans that one cut goes through".into());
         }
         sentences
+    }
+}
+
+/// Surfaces that are given an opacity, or company, show through.
+fn show_through(scene: &mut Scene) {
+    if scene.mode == Mode::Iso {
+        scene.mode = Mode::Transparent;
     }
 }
 

@@ -1,35 +1,15 @@
 //! Words and numbers of the command line. An error says what was expected; clap puts the option before it.
 
 use bregma_field::formats::{RawLayoutError, Reduce, Uneven};
-use bregma_renderer::{Color, Solver};
-use bregma_session::thickness::ThicknessMethod;
-use bregma_session::thickness_picture::Colors;
-use bregma_session::{Machine, Raw};
+use bregma_renderer::{Color, Named, Solver};
+use bregma_session::Raw;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use glam::DVec3;
 
-/// Words, what each means, and that for `--help`.
-type Words<T> = &'static [(&'static str, T, &'static str)];
-
-pub const MACHINES: Words<Machine> = &[
-    ("auto", Machine::Auto, "A hardware GPU if there is one, else the CPU"),
-    ("cpu", Machine::Cpu, "The CPU"),
-    ("gpu", Machine::Gpu, "Any GPU, even a software driver"),
-];
-
-pub const METHODS: Words<ThicknessMethod> = &[
-    ("ray", ThicknessMethod::Ray, "Along rays of one direction"),
-    ("normal", ThicknessMethod::Normal, "Along the inward normal"),
-    ("sphere", ThicknessMethod::Sphere, "Of the largest inscribed sphere"),
-];
-
-pub const COLORS: Words<Colors> =
-    &[("viridis", Colors::Viridis, "Blue to yellow over green"), ("cividis", Colors::Cividis, "Blue to yellow")];
-
-/// One of a few words.
-pub fn one_of<T: Copy + Send + Sync + 'static>(words: Words<T>) -> impl TypedValueParser<Value = T> {
-    let meant = |word: String| words.iter().find(|(name, ..)| *name == word).map(|(_, meant, _)| *meant).ok_or("none of the words");
-    PossibleValuesParser::new(words.iter().map(|(name, _, help)| PossibleValue::new(*name).help(*help))).try_map(meant)
+/// One of some choices by its name.
+pub fn one_of<T: Named + Send + Sync>() -> impl TypedValueParser<Value = T> {
+    let words = T::ALL.iter().map(|one| PossibleValue::new(one.name()).help(one.what()));
+    PossibleValuesParser::new(words).try_map(|word| T::named(&word).ok_or("none of the words"))
 }
 
 /// Behind the surfaces.

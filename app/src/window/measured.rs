@@ -181,3 +181,20 @@ pub fn landmark_at(surface: &Surface, point: WorldPoint) -> DVec3 {
     let reach_mm = 0.5 * surface.grid.spacing_mm().min_element();
     onto_surface(surface, point, reach_mm).map_or(point.0, |c| surface.grid.world(c.point).0)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_this_version_does_not_know_stays_in_the_session() {
+        // Fails if saving a session loses what another version measured, or a ray loses its name or colour.
+        let ray = r#"{"color":"102030","name":"mine","ray":{"direction":[0.0,1.0,0.0],"origin_mm":[1.0,2.0,3.0]}}"#;
+        let unknown = r#"{"area_mm2":1.25,"kind":"islands"}"#;
+        let mut opened = Opened::new(vec![], vec![]);
+        opened.measurements = [ray, unknown].map(|text| serde_json::from_str(text).unwrap()).into();
+        let measured = Measured::of(&mut opened);
+        assert_eq!((measured.rays[0].name.as_str(), measured.rays[0].color.bytes()), ("mine", [16, 32, 48]));
+        assert_eq!(opened.measurements.iter().map(Measurement::to_string).collect::<Vec<_>>(), [unknown]);
+    }
+}

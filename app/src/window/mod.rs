@@ -20,7 +20,7 @@ mod widgets;
 
 use bench::Bench;
 use bregma_measure::DifferenceRay;
-use bregma_renderer::{Backend, Integrator, Mode, Picture, Scene, Solver};
+use bregma_renderer::{Backend, Integrator, Picture, Scene, Setting, Solver};
 use bregma_session::{Compare, Source};
 use commands::COMMANDS;
 use egui::{Align, CentralPanel, Context, Frame, Layout, Panel, Rect, Ui};
@@ -161,7 +161,7 @@ impl Workstation {
             };
             let scene = self.scene();
             let quality = match (p.reduction, scene.solver) {
-                (1, _) if scene.mode == Mode::Dvr && scene.integrator != Integrator::Exact => "in steps".to_owned(),
+                (1, _) if scene.mode.uses(Setting::Transfer) && scene.integrator != Integrator::Exact => "in steps".to_owned(),
                 (1, _) if scene.draws_spline() => "B-spline, not the measured surface".to_owned(),
                 (1, Solver::Exact) => "exact".to_owned(),
                 (1, solver) => format!("by {solver}, which is not exact"),

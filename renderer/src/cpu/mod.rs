@@ -19,8 +19,9 @@ pub(crate) mod walk;
 use crate::camera::PixelAffine;
 use crate::frame::{Frame, FrameLayer, MapCache};
 use crate::lanes::{Doubles, Floats, Ints, LANES, Mask, Vecs, axes, dot, numbers};
+use crate::modes::{Gather, RayValue};
 use crate::roots::{Method, Solver, spline, trilinear};
-use crate::scene::{Integrator, Mode, Normals, Picture, Scene};
+use crate::scene::{Integrator, Normals, Picture, Scene};
 use crate::spans::BLOCK;
 use crate::tone::colored;
 use crate::{Backend, InstructionSet, RenderError, Renderer, Split};
@@ -106,10 +107,11 @@ impl Renderer for CpuRenderer {
 
 /// Draws band by band, of one row of blocks each, and in a band block by block: rays of one block touch the same bricks.
 fn draw(level: Level, frame: &Frame, scene: &Scene, width: u32, height: u32) -> Result<Picture, RenderError> {
-    if scene.mode.is_projection() {
-        return Ok(draw_projection(level, frame, scene, width, height));
-    }
-    let goes_on = scene.mode == Mode::Dvr || scene.is_transparent();
+    let goes_on = match scene.mode.gather() {
+        Gather::Number(of) => return Ok(draw_projection(level, frame, scene, of, [width, height])),
+        Gather::Crossings | Gather::Density => true,
+        Gather::Nearest | Gather::FirstOfEach => false,
+    };
     if !goes_on && scene.method() == Method::Solver(Solver::Filter) {
         return Err(RenderError::NeedsGpu(scene.solver));
     }
@@ -128,19 +130,19 @@ fn draw(level: Level, frame: &Frame, scene: &Scene, width: u32, height: u32) -> 
 }
 
 /// Draws the maximum, mean or integral along each ray.
-fn draw_projection(level: Level, frame: &Frame, scene: &Scene, width: u32, height: u32) -> Picture {
+fn draw_projection(level: Level, frame: &Frame, scene: &Scene, of: RayValue, [width, height]: [u32; 2]) -> Picture {
     let count = frame.layers.len();
     let mut gathered = vec![[f32::NAN; 2]; width as usize * height as usize * count];
     let band = BLOCK as usize * width as usize * count;
     gathered.par_chunks_mut(band.max(1)).enumerate().for_each(|(row, gathered)| {
         let y0 = row as u32 * BLOCK;
-        dispatch!(level, simd => project_band(simd, frame, scene, [width, y0], gathered));
+        dispatch!(level, simd => project_band(simd, frame, scene, of, [width, y0], gathered));
     });
-    colored(frame, scene, width, height, &gathered)
+    colored(frame, scene, of, [width, height], &gathered)
 }
 
 #[inline(always)]
-fn project_band<S: Simd>(simd: S, frame: &Frame, scene: &Scene, [width, y0]: [u32; 2], gathered: &mut [[f32; 2]]) {
+fn project_band<S: Simd>(simd: S, frame: &Frame, scene: &Scene, of: RayValue, [width, y0]: [u32; 2], gathered: &mut [[f32; 2]]) {
     let count = frame.layers.len();
     let height = (gathered.len() / count) as u32 / width;
     for packet in packets(width, height) {
@@ -156,7 +158,7 @@ fn project_band<S: Simd>(simd: S, frame: &Frame, scene: &Scene, [width, y0]: [u3
             let part = Part { begin: kept.begin, s_min: Floats::splat(simd, s_min), s_max: Floats::splat(simd, s_max).min(kept.end) };
             let of = simd.vectorize(
                 #[inline(always)]
-                || project::project(simd, scene, layer, &field, &lines, &part, pixels.inside),
+                || project::project(simd, (of, scene.of_gradient), layer, &field, &lines, &part, pixels.inside),
             );
             for lane in numbers(of.found) {
                 gathered[packet.index(lane, width) * count + n] = [of.value[lane], of.depth[lane]];
@@ -216,7 +218,7 @@ fn gather<S: Simd>(simd: S, packet: &Packet, pixels: &Pixels<S>, view: &View<'_,
     let until = face.found.select(face.s, Floats::splat(simd, FAR));
     let block = [packet.x0, y0];
     let mut all = Gathered::nothing(simd);
-    let enough = if scene.is_transparent() {
+    let enough = if scene.mode.gather() == Gather::Crossings {
         march(
             simd,
             frame,
@@ -360,7 +362,7 @@ fn draw_band<S: Simd>(simd: S, frame: &Frame, scene: &Scene, band: Band<'_>) {
         let view = View::of(simd, frame, scene, &pixels);
         let mut color = light(simd, &view, &first);
         paint_faces(simd, frame, scene, &hits, &first, &mut color);
-        if scene.mode == Mode::Overlay {
+        if scene.mode.gather() == Gather::FirstOfEach {
             let second = nearest(simd, &hits, first.id);
             let mut behind = light(simd, &view, &second);
             paint_faces(simd, frame, scene, &hits, &second, &mut behind);

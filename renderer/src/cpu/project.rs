@@ -7,9 +7,9 @@ use super::gauss::{NODES, WEIGHTS};
 use super::walk::{Field, Lines, Part};
 use crate::frame::FrameLayer;
 use crate::lanes::{Doubles, Floats, Mask, Vecs, axes, dot, lerp, mix};
+use crate::modes::RayValue;
 use crate::roots::bernstein::bernstein;
 use crate::roots::cubic::{turning_points, value};
-use crate::scene::{Mode, Scene};
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
@@ -27,14 +27,13 @@ pub(super) struct Gathered<S: Simd> {
 #[inline(always)]
 pub(super) fn project<S: Simd>(
     simd: S,
-    scene: &Scene,
+    (sought, of_gradient): (RayValue, bool),
     layer: &FrameLayer,
     field: &Field<'_>,
     lines: &Lines<S>,
     part: &Part<S>,
     asked: Mask<S>,
 ) -> Gathered<S> {
-    let Scene { mode, of_gradient, .. } = *scene;
     let zero = Floats::splat(simd, 0.0);
     let mut all = Gathered { found: Mask::splat(simd, false), value: zero, depth: zero };
     let (mut walk, mut walking) = field.begin(simd, lines, part, asked);
@@ -48,8 +47,8 @@ pub(super) fn project<S: Simd>(
         }
         let crossing = crossing.until(part.s_max);
         let length = crossing.s[1] - crossing.s[0];
-        let of = if of_gradient { of_gradients(mode, layer, &crossing) } else { of_values(simd, mode, &crossing, all.value, walking) };
-        if mode == Mode::Max {
+        let of = if of_gradient { of_gradients(sought, layer, &crossing) } else { of_values(simd, sought, &crossing, all.value, walking) };
+        if sought == RayValue::Max {
             let is_larger = walking & (!all.found | of.simd_gt(all.value));
             all.value = is_larger.select(of, all.value);
         } else {
@@ -58,7 +57,7 @@ pub(super) fn project<S: Simd>(
         }
         all.found |= walking;
     }
-    if mode != Mode::Max {
+    if sought != RayValue::Max {
         (all.value, all.depth) = (value.to_floats(), depth.to_floats());
     }
     all
@@ -66,9 +65,9 @@ pub(super) fn project<S: Simd>(
 
 /// The largest or the mean of the values in the cells; a largest that is not above `known` may be any that is not.
 #[inline(always)]
-fn of_values<S: Simd>(simd: S, mode: Mode, crossing: &Crossing<S>, known: Floats<S>, of: Mask<S>) -> Floats<S> {
+fn of_values<S: Simd>(simd: S, sought: RayValue, crossing: &Crossing<S>, known: Floats<S>, of: Mask<S>) -> Floats<S> {
     let b = bernstein(&crossing.f, &crossing.start, &crossing.end);
-    if mode != Mode::Max {
+    if sought != RayValue::Max {
         return (b[0] + b[1] + b[2] + b[3]) * 0.25;
     }
     let ends = b[0].max(b[3]);
@@ -85,10 +84,10 @@ pub(crate) const INTERVALS: usize = 8;
 
 /// The largest or the mean of the gradient's magnitude in the cells, in sample units per mm.
 #[inline(always)]
-fn of_gradients<S: Simd>(mode: Mode, layer: &FrameLayer, crossing: &Crossing<S>) -> Floats<S> {
+fn of_gradients<S: Simd>(sought: RayValue, layer: &FrameLayer, crossing: &Crossing<S>) -> Floats<S> {
     let simd = crossing.f[0].token();
     let splat = |v: f32| Floats::splat(simd, v);
-    if mode != Mode::Max {
+    if sought != RayValue::Max {
         let mut mean = splat(0.0);
         for n in 0..4 {
             mean += magnitude(layer, crossing, splat(NODES[n])) * WEIGHTS[n];

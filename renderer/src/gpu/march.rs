@@ -8,27 +8,28 @@ use super::pipelines::{
 };
 use super::plan::Plan;
 use super::shader::{Reads, link};
-use super::{GpuRenderer, Parts, Projection, bindings};
+use super::{GpuRenderer, Parts, Projected, bindings};
 use crate::cpu::{dvr, shells};
 use crate::frame::Frame;
+use crate::modes::{Gather, RayValue};
 use crate::roots::{Method, Solver};
-use crate::scene::{Integrator, Mode, Picture, Scene};
+use crate::scene::{Integrator, Picture, Scene};
 use crate::tone::Gathered;
 use wgpu::{BindGroupEntry, BindingType, BufferUsages, SamplerBindingType};
 
 /// What is done along the way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Gather {
+pub(super) enum Integrate {
     Shells { shadows: bool },
     Steps,
     Exact,
 }
 
-impl Gather {
+impl Integrate {
     /// What a scene asks for.
     pub fn of(scene: &Scene) -> Self {
         match scene.integrator {
-            _ if scene.is_transparent() => Self::Shells { shadows: scene.shadows },
+            _ if scene.mode.gather() == Gather::Crossings => Self::Shells { shadows: scene.shadows },
             Integrator::Steps { .. } => Self::Steps,
             Integrator::Exact => Self::Exact,
         }
@@ -36,14 +37,14 @@ impl Gather {
 }
 
 /// The WGSL of a pass over volumes that are read so, and the numbers that it is compiled with.
-pub(super) fn shader(volumes: &[Reads], gather: Gather) -> (String, Vec<(&'static str, f64)>) {
-    let (file, enough) = match gather {
-        Gather::Shells { .. } => ("shells", shells::ENOUGH),
-        Gather::Steps => ("dvr_steps", dvr::ENOUGH_IN_STEPS),
-        Gather::Exact => ("dvr_exact", dvr::ENOUGH_EXACTLY),
+pub(super) fn shader(volumes: &[Reads], integrate: Integrate) -> (String, Vec<(&'static str, f64)>) {
+    let (file, enough) = match integrate {
+        Integrate::Shells { .. } => ("shells", shells::ENOUGH),
+        Integrate::Steps => ("dvr_steps", dvr::ENOUGH_IN_STEPS),
+        Integrate::Exact => ("dvr_exact", dvr::ENOUGH_EXACTLY),
     };
     let mut numbers = vec![("ENOUGH", f64::from(enough))];
-    if let Gather::Shells { shadows } = gather {
+    if let Integrate::Shells { shadows } = integrate {
         numbers.push(("HAS_SHADOWS", f64::from(u8::from(shadows))));
     }
     (link("march", &[("integrate", file)], volumes), numbers)
@@ -53,13 +54,13 @@ pub(super) fn shader(volumes: &[Reads], gather: Gather) -> (String, Vec<(&'stati
 #[derive(Debug)]
 pub(super) struct March {
     reads: Vec<Reads>,
-    gather: Gather,
+    integrate: Integrate,
     layout: wgpu::BindGroupLayout,
     pipeline: wgpu::ComputePipeline,
 }
 
 impl March {
-    fn new(gpu: &Gpu, reads: Vec<Reads>, gather: Gather) -> Self {
+    fn new(gpu: &Gpu, reads: Vec<Reads>, integrate: Integrate) -> Self {
         use bindings::{BLOCKS, EXTRAS, RECORDS, SAMPLER, SHADE_PARAMS, TRACE_PARAMS};
         let mut entries = [TRACE_PARAMS, SHADE_PARAMS, BLOCKS, EXTRAS].map(|binding| entry(binding, storage(true))).to_vec();
         entries.push(entry(RECORDS, storage(false)));
@@ -67,9 +68,9 @@ impl March {
         if reads.iter().any(|reads| reads.in_layers) {
             entries.push(entry(SAMPLER, BindingType::Sampler(SamplerBindingType::NonFiltering)));
         }
-        let (source, numbers) = shader(&reads, gather);
+        let (source, numbers) = shader(&reads, integrate);
         let (layout, pipeline) = compile(gpu, "march", &source, &numbers, &entries);
-        Self { reads, gather, layout, pipeline }
+        Self { reads, integrate, layout, pipeline }
     }
 }
 
@@ -102,12 +103,18 @@ fn for_pixels(blocks: &[[u32; 2]], records: &[Record], width: u32, height: u32, 
 
 impl GpuRenderer {
     /// What each layer gives for each pixel of a projection, pixel by pixel.
-    pub(super) fn project(&mut self, frame: &Frame, scene: &Scene, width: u32, height: u32) -> Result<Vec<Gathered>, GpuError> {
+    pub(super) fn project(
+        &mut self,
+        frame: &Frame,
+        scene: &Scene,
+        of: RayValue,
+        [width, height]: [u32; 2],
+    ) -> Result<Vec<Gathered>, GpuError> {
         let count = frame.layers.len();
         let mut gathered = vec![[f32::NAN; 2]; width as usize * height as usize * count];
         let passes: Vec<usize> = (0..count).filter(|&n| !frame.layers[n].surface.grid.is_flat()).collect();
         let plan = self.plan(frame, scene, width, height, count)?;
-        let parts = Parts::Project(Projection { is_max: scene.mode == Mode::Max, of_gradient: scene.of_gradient });
+        let parts = Parts::Project(Projected { is_max: of == RayValue::Max, of_gradient: scene.of_gradient });
         let (hits, back) = (hit_buffer(&self.gpu, &plan, count), readback(&self.gpu, &plan));
         for blocks in plan.batches() {
             for (own, &layer) in plan.trace.iter().enumerate().zip(&passes) {
@@ -141,10 +148,10 @@ impl GpuRenderer {
         if reads.len() > most {
             return Err(GpuError::TooManyVolumes { count: reads.len(), most });
         }
-        let gather = Gather::of(scene);
-        let known = self.pipelines.march.iter().position(|m| m.reads == reads && m.gather == gather);
+        let integrate = Integrate::of(scene);
+        let known = self.pipelines.march.iter().position(|m| m.reads == reads && m.integrate == integrate);
         let number = known.unwrap_or_else(|| {
-            self.pipelines.march.push(March::new(&self.gpu, reads, gather));
+            self.pipelines.march.push(March::new(&self.gpu, reads, integrate));
             self.pipelines.march.len() - 1
         });
         let (gpu, march) = (&self.gpu, &self.pipelines.march[number]);

@@ -22,9 +22,10 @@ use shader::{Reads, link};
 
 use crate::cell_masks::CellMasks;
 use crate::frame::{Frame, MapCache};
+use crate::modes::Gather;
 use crate::occupancy::DistanceMap;
 use crate::roots::{Method, Solver, Steps};
-use crate::scene::{Mode, Picture, Scene};
+use crate::scene::{Picture, Scene};
 use crate::tone::colored;
 use crate::{Backend, InstructionSet, RenderError, Renderer, Split};
 use bregma_field::Volume;
@@ -45,12 +46,12 @@ enum Parts {
     /// Everything, for rays to the light.
     Shadow,
     /// Through the whole volume, to one number.
-    Project(Projection),
+    Project(Projected),
 }
 
 /// What is gathered of a volume.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Projection {
+struct Projected {
     /// The largest value, and not the integral.
     is_max: bool,
     /// Of the gradient's magnitude, and not of the value.
@@ -100,7 +101,7 @@ fn trace_shader(reads: Reads, method: Method, parts: Parts) -> (String, &'static
     }
     let (module, entry) = match parts {
         Parts::Shadow => ("shadows", "shadow"),
-        Parts::Project(Projection { is_max, of_gradient }) => {
+        Parts::Project(Projected { is_max, of_gradient }) => {
             numbers = vec![("IS_MAX", f64::from(u8::from(is_max))), ("OF_GRADIENT", f64::from(u8::from(of_gradient)))];
             ("project", "project")
         }
@@ -162,12 +163,13 @@ impl GpuRenderer {
     }
 
     fn draw(&mut self, frame: &Frame, scene: &Scene, width: u32, height: u32) -> Result<Picture, GpuError> {
-        if scene.mode.is_projection() {
-            let gathered = self.project(frame, scene, width, height)?;
-            return Ok(colored(frame, scene, width, height, &gathered));
-        }
-        if scene.mode == Mode::Dvr || scene.is_transparent() {
-            return self.march(frame, scene, width, height);
+        match scene.mode.gather() {
+            Gather::Number(of) => {
+                let gathered = self.project(frame, scene, of, [width, height])?;
+                return Ok(colored(frame, scene, of, [width, height], &gathered));
+            }
+            Gather::Crossings | Gather::Density => return self.march(frame, scene, width, height),
+            Gather::Nearest | Gather::FirstOfEach => {}
         }
         let plan = self.plan(frame, scene, width, height, frame.layers.len())?;
         let target = match self.target.take() {
@@ -239,7 +241,7 @@ mod tests {
             .map(|component| [false, true].map(|in_layers| Reads { component, in_layers }))
             .concat();
         let projections = [(true, true), (true, false), (false, true), (false, false)];
-        let projections = projections.map(|(is_max, of_gradient)| Parts::Project(Projection { is_max, of_gradient }));
+        let projections = projections.map(|(is_max, of_gradient)| Parts::Project(Projected { is_max, of_gradient }));
         for method in Solver::ALL.map(Method::Solver).into_iter().chain([Method::Spline]) {
             for parts in [Parts::Walk, Parts::Fetch, Parts::Solve, Parts::Shadow].into_iter().chain(projections) {
                 // Projections have no solver.
@@ -257,8 +259,8 @@ mod tests {
                 }
             }
         }
-        use march::Gather;
-        for gather in [Gather::Shells { shadows: false }, Gather::Shells { shadows: true }, Gather::Steps, Gather::Exact] {
+        use march::Integrate;
+        for gather in [Integrate::Shells { shadows: false }, Integrate::Shells { shadows: true }, Integrate::Steps, Integrate::Exact] {
             for volumes in [&all_reads[..1], &all_reads[2..], &all_reads] {
                 check(&march::shader(volumes, gather).0, &format!("{gather:?} of {}", volumes.len()));
             }

@@ -6,8 +6,9 @@ use super::pipelines::{HIT_BYTES, Pixel, filled_buffer};
 use super::shader::{Component, Reads};
 use super::{BATCH, GpuError, GpuRenderer, upload};
 use crate::frame::{Frame, FrameLayer};
+use crate::modes::{Gather, Setting};
 use crate::roots::{Method, Solver};
-use crate::scene::{Integrator, MOST_VOLUMES, Mode, Normals, Scene};
+use crate::scene::{Integrator, MOST_VOLUMES, Normals, Scene};
 use crate::spans::BLOCK;
 use bregma_field::clip::Half;
 use std::ops::Range;
@@ -141,7 +142,7 @@ impl GpuRenderer {
     fn volume(&mut self, layer: &FrameLayer, scene: &Scene) -> Result<VolumeOnGpu, GpuError> {
         let volume = &layer.surface.volume;
         let (samples, reads) = match scene.method() {
-            Method::Solver(Solver::Filter) if scene.is_opaque() => {
+            Method::Solver(Solver::Filter) if scene.mode.uses(Setting::Solver) => {
                 (self.filtered_texture(volume)?, Reads { component: Component::F32, in_layers: false })
             }
             _ => {
@@ -224,7 +225,7 @@ fn shade_params(frame: &Frame, scene: &Scene, passes: usize, stride: u32) -> Sha
         shininess: scene.light.shininess,
         stride,
         passes: passes as u32,
-        overlay: u32::from(scene.mode == Mode::Overlay),
+        overlay: u32::from(scene.mode.gather() == Gather::FirstOfEach),
         shadows: u32::from(scene.shadows),
         cue_per_mm: frame.cue_per_mm,
         background: frame.background.to_array(),

@@ -41,7 +41,7 @@ pub fn measure(
     progress.begin((machines.len() * integrators.len()) as u64);
     for machine in machines {
         for (name, integrator) in &integrators {
-            let scene = Scene { mode: Mode::Dvr, integrator: *integrator, transparent: false, ..scene.clone() };
+            let scene = Scene { mode: Mode::Dvr, integrator: *integrator, ..scene.clone() };
             let mut times = vec![];
             let (mut sum, mut count, mut max_off) = (0.0, 0_u64, 0);
             for (view, camera) in plan.cameras.iter().enumerate() {

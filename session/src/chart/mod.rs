@@ -216,7 +216,7 @@ impl Chart {
         let pictures = plan.cameras.len() as u64 * u64::from(plan.rounds + 1) + 1;
         progress.begin(plan.cameras.len() as u64 * u64::from(height) + PICTURE_ROWS * pictures * runs.len() as u64);
         // What is judged is the nearest surface, however surfaces are put together.
-        let mut scene = Scene { mode: Mode::Iso, transparent: false, reconstruction: Reconstruction::Trilinear, ..scene.clone() };
+        let mut scene = Scene { mode: Mode::Iso, reconstruction: Reconstruction::Trilinear, ..scene.clone() };
         for camera in &plan.cameras {
             scene.camera = *camera;
             let truth = Truth::of(volumes, &scene, width, height, progress)?;

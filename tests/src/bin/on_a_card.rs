@@ -104,7 +104,7 @@ fn exactness(pair: &Opened, gpu: &mut GpuRenderer) -> Result<Vec<Value>, Box<dyn
 fn times(pair: &Opened, cpu: &mut CpuRenderer, gpu: &mut GpuRenderer) -> Result<Vec<Value>, Box<dyn Error>> {
     let base = |mode| Scene { mode, ..pair.scene.clone() };
     let exact = Scene { integrator: Integrator::Exact, ..base(Mode::Dvr) };
-    let clear = Scene { transparent: true, ..base(Mode::Iso) };
+    let clear = base(Mode::Transparent);
     let modes = [
         ("iso", base(Mode::Iso)),
         ("iso, shadows", Scene { shadows: true, ..base(Mode::Iso) }),

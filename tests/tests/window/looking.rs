@@ -59,7 +59,8 @@ fn every_mode_is_chosen_drawn_and_undone_with_only_its_own_controls() {
     choose(&mut window, Role::RadioButton, "Isosurface");
     let mut seen = vec![pixels(&window)];
     for (label, mode, has, hasnt) in [
-        ("Overlay", Mode::Overlay, "Opacity of skull A", "Transparent"),
+        ("Transparent", Mode::Transparent, "Inside in another colour", "Spline"),
+        ("Overlay", Mode::Overlay, "Opacity of skull A", "Inside in another colour"),
         ("Volume", Mode::Dvr, "Transfer function of skull A", "Shadows"),
         ("Maximum", Mode::Max, "Of the gradient", "Depth cue"),
         ("Mean", Mode::Mean, "Automatic contrast", "Transfer function of skull A"),
@@ -81,13 +82,13 @@ fn every_mode_is_chosen_drawn_and_undone_with_only_its_own_controls() {
     assert!(own.width > 0.0);
     window.get_by_role_and_label(Role::SpinButton, "Window width").set_value_accesskit(own.width * 0.5);
     settle(&mut window);
-    assert!(changed(&seen[5], &pixels(&window)) > 1000);
+    assert!(changed(&seen[6], &pixels(&window)) > 1000);
     for expected in [Some(own), None] {
         undo(&mut window);
         assert_eq!(window.state().scene().window, expected);
     }
     choose(&mut window, Role::CheckBox, "Of the gradient");
-    assert!(window.state().scene().of_gradient && changed(&seen[5], &pixels(&window)) > 1000);
+    assert!(window.state().scene().of_gradient && changed(&seen[6], &pixels(&window)) > 1000);
     undo(&mut window);
     undo(&mut window);
     assert_eq!(window.state().scene().mode, Mode::Mean);
@@ -99,8 +100,7 @@ fn transparent_surfaces_are_added_changed_and_removed() {
     let mut window = open(Start::Demo);
     wait(&mut window, "the demo pair", |w| !w.is_loading());
     settle(&mut window);
-    choose(&mut window, Role::RadioButton, "Isosurface");
-    choose(&mut window, Role::CheckBox, "Transparent");
+    choose(&mut window, Role::RadioButton, "Transparent");
     let plain = pixels(&window);
     choose(&mut window, Role::Button, "Add an isosurface to skull A");
     assert_eq!(window.state().scene().layers[0].shells.len(), 1);

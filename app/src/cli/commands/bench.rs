@@ -22,7 +22,6 @@ struct Record {
     threads: usize,
     mode: Mode,
     shadows: bool,
-    transparent: bool,
     reconstruction: Reconstruction,
     solver: Solver,
     size: u32,
@@ -39,7 +38,7 @@ struct Record {
 /// Times the orbit. A frame is timed from the request to the pixels in memory.
 pub fn bench(args: &BenchArgs, machine: Machine) -> Result<(), CommandError> {
     let mut opened = open(&args.sources.0, &args.isovalues)?;
-    args.look.apply(&mut opened, Some(args.mode.into()))?;
+    args.look.apply(&mut opened, Some(args.mode))?;
     set_isovalues(&mut opened, &args.isovalues)?;
     warn(&args.look.idle(&opened.scene));
     opened.scene.solver = args.solver;
@@ -94,7 +93,6 @@ fn measure(opened: &Opened, args: &BenchArgs, renderer: &mut dyn Renderer) -> Re
         threads: rayon::current_num_threads(),
         mode: opened.scene.mode,
         shadows: opened.scene.shadows,
-        transparent: opened.scene.transparent,
         reconstruction: opened.scene.reconstruction,
         solver: args.solver,
         size: args.size,

@@ -6,7 +6,7 @@ use super::super::widgets::{color, color_button, line, percent};
 use super::{cuts, histogram, modes, shells, transfer_editor};
 use bregma_field::Volume;
 use bregma_measure::export::suffix;
-use bregma_renderer::{Layer, Mode, Picture, Scene};
+use bregma_renderer::{Gather, Layer, Picture, Scene};
 use egui::{Align, Button, DragValue, Frame, Label, Layout, Panel, RichText, ScrollArea, Slider, SliderClamping, Ui};
 
 /// Shows the panel, where something is open, and applies what the person changes.
@@ -62,12 +62,12 @@ enum Shown {
 
 impl Shown {
     fn of(scene: &Scene) -> Self {
-        match scene.mode {
-            Mode::Overlay => Self::Overlay,
-            Mode::Iso if scene.transparent => Self::Shells,
-            Mode::Iso => Self::Surface,
-            Mode::Dvr => Self::Transfer,
-            Mode::Max | Mode::Mean | Mode::Xray => Self::Nothing,
+        match scene.mode.gather() {
+            Gather::FirstOfEach => Self::Overlay,
+            Gather::Crossings => Self::Shells,
+            Gather::Nearest => Self::Surface,
+            Gather::Density => Self::Transfer,
+            Gather::Number(_) => Self::Nothing,
         }
     }
 }

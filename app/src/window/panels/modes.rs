@@ -2,27 +2,18 @@
 
 use super::super::widgets::{color_button, percent};
 use bregma_field::Volume;
-use bregma_renderer::{BACKGROUND, Integrator, Mode, Normals, Picture, Reconstruction, Scene, Window};
+use bregma_renderer::{BACKGROUND, Gather, Integrator, Mode, Named, Normals, Picture, RayValue, Reconstruction, Scene, Setting, Window};
 use egui::{Align, DragValue, Grid, Layout, Ui};
 use std::sync::Arc;
-
-/// Each mode, its name, and what it shows.
-const MODES: [(Mode, &str, &str); 6] = [
-    (Mode::Iso, "Isosurface", "The nearest surface"),
-    (Mode::Overlay, "Overlay", "The nearer volume transparent, the other one opaque behind it: what one has more than the other shows"),
-    (Mode::Dvr, "Volume", "Looks through the density: every value has a colour and an opacity (direct volume rendering)"),
-    (Mode::Max, "Maximum", "The largest value along each line of sight: metal and enamel stand out, sutures are dark lines"),
-    (Mode::Mean, "Mean", "The mean of the values along each line of sight"),
-    (Mode::Xray, "X-ray", "The values along each line of sight added up, as on a radiograph"),
-];
 
 /// Shows the chooser and what the chosen mode uses. `picture` is the newest one.
 pub fn show(ui: &mut Ui, scene: &mut Scene, volumes: &[Arc<Volume>], picture: Option<&Picture>) {
     ui.horizontal_top(|ui| {
         Grid::new("modes").spacing([14.0, 2.0]).show(ui, |ui| {
-            for row in MODES.chunks(3) {
-                for &(mode, name, what) in row {
-                    ui.radio_value(&mut scene.mode, mode, name).on_hover_text(what);
+            for row in Mode::ALL.chunks(3) {
+                for mode in row {
+                    let facts = mode.facts();
+                    ui.radio_value(&mut scene.mode, *mode, facts.title).on_hover_text(facts.shows);
                 }
                 ui.end_row();
             }
@@ -35,15 +26,11 @@ pub fn show(ui: &mut Ui, scene: &mut Scene, volumes: &[Arc<Volume>], picture: Op
         });
     });
     ui.horizontal(|ui| {
-        if scene.mode == Mode::Iso {
-            let text = "Surfaces let those behind them show through; each volume may have several";
-            ui.checkbox(&mut scene.transparent, "Transparent").on_hover_text(text);
-        }
-        if matches!(scene.mode, Mode::Iso | Mode::Overlay) {
+        if scene.mode.uses(Setting::Surfaces) {
             let text = "Surfaces keep the light from each other; transparent ones let through what they do of what lies behind them";
             ui.checkbox(&mut scene.shadows, "Shadows").on_hover_text(text);
         }
-        if scene.is_opaque() {
+        if scene.mode.uses(Setting::Solver) {
             let mut spline = scene.reconstruction == Reconstruction::Spline;
             let text = "Draws the tricubic B-spline through the samples instead of the trilinear interpolant, which is measured: smooth, slow, and \
                 another surface, for pictures";
@@ -51,10 +38,10 @@ pub fn show(ui: &mut Ui, scene: &mut Scene, volumes: &[Arc<Volume>], picture: Op
                 scene.reconstruction = if spline { Reconstruction::Spline } else { Reconstruction::Trilinear };
             }
         }
-        if scene.mode == Mode::Dvr {
+        if scene.mode.uses(Setting::Transfer) {
             integrator(ui, &mut scene.integrator);
         }
-        if scene.mode.is_projection() {
+        if scene.mode.uses(Setting::Numbers) {
             let text = "How fast the value changes, per mm, instead of the value: edges, and no flat tissue";
             if ui.checkbox(&mut scene.of_gradient, "Of the gradient").on_hover_text(text).changed() {
                 // What was black and white among values says nothing about gradients.
@@ -62,7 +49,7 @@ pub fn show(ui: &mut Ui, scene: &mut Scene, volumes: &[Arc<Volume>], picture: Op
             }
         }
     });
-    if scene.mode.is_projection() {
+    if scene.mode.uses(Setting::Numbers) {
         window(ui, &mut scene.window, || projected(scene.mode, volumes, picture));
     } else {
         shading(ui, scene);
@@ -130,7 +117,7 @@ fn projected(mode: Mode, volumes: &[Arc<Volume>], picture: Option<&Picture>) -> 
     let held = picture.and_then(|p| ends(&mut p.values.iter().map(|v| f64::from(*v))));
     match held {
         // The picture shows what is more than air's.
-        Some([low, high]) if mode == Mode::Xray => Window::between([0.0, high - low.min(0.0)]),
+        Some([low, high]) if mode.gather() == Gather::Number(RayValue::Integral) => Window::between([0.0, high - low.min(0.0)]),
         Some(held) => Window::between(held),
         None => Window::between(ends(&mut volumes.iter().flat_map(|v| v.range())).unwrap_or([0.0, 1.0])),
     }

@@ -68,7 +68,7 @@ impl ThicknessPanel {
         let coat = self.coat.as_ref().filter(|_| self.open && !self.hidden)?;
         let index = coat.map.index_in(&work.opened)?;
         let mut scene = white(work.opened.scene.clone());
-        (scene.mode, scene.transparent) = (Mode::Iso, false);
+        scene.mode = Mode::Iso;
         scene.layers.iter_mut().enumerate().for_each(|(n, layer)| layer.visible = n == index);
         Some((scene, Arc::clone(coat)))
     }

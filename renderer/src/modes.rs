@@ -1,0 +1,135 @@
+//! The one table of what each mode is: its name, how a picture is gathered along the rays, and which settings of a scene count in it.
+//!
+//! A new mode is a row here, what gathers it (`cpu/`, `shaders/`), and a test.
+
+use crate::named;
+
+named! {
+    /// How a picture is made of several volumes.
+    #[derive(Default)]
+    pub enum Mode {
+        /// The nearest surface.
+        #[default]
+        Iso = "iso",
+        /// Every crossing along the ray: surfaces let those behind show through by their opacity, until 0.95 is reached.
+        Transparent = "transparent",
+        /// The nearest first hit transparent, the next volume's first hit opaque behind it; a lone hit is opaque.
+        Overlay = "overlay",
+        /// Direct volume rendering by a transfer function: light that the whole volume sends and keeps (Max 1995).
+        Dvr = "dvr",
+        /// The largest value along the ray.
+        Max = "max",
+        /// The mean of the values along the ray.
+        Mean = "mean",
+        /// The integral of the values along the ray, drawn by Beer's law.
+        Xray = "xray",
+    }
+}
+
+/// What of each ray makes a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Gather {
+    /// The nearest first hit of all volumes.
+    Nearest,
+    /// The first hit of each volume, the nearest of them transparent.
+    FirstOfEach,
+    /// Every crossing of surfaces, of all volumes in the order of depth.
+    Crossings,
+    /// The density, of all volumes in the order of depth.
+    Density,
+    /// One number for each volume, coloured when all are known.
+    Number(RayValue),
+}
+
+/// The number that a ray makes of a volume.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RayValue {
+    /// The largest value.
+    Max,
+    /// The mean of the values.
+    Mean,
+    /// Their integral over the length, mm.
+    Integral,
+}
+
+/// A setting of a scene that counts in some modes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Setting {
+    /// How roots are found, and the spline between samples.
+    Solver,
+    /// Shadows, and the opacity of surfaces.
+    Surfaces,
+    /// Further isosurfaces, and colours of surfaces seen from within.
+    Shells,
+    /// The transfer function, and how it is integrated.
+    Transfer,
+    /// Which gradient shades, the depth cue, and the faces of cuts.
+    Shading,
+    /// The gradient's magnitude instead of the value, and the window of grey values.
+    Numbers,
+}
+
+/// A row of the table.
+#[derive(Debug)]
+pub struct Facts {
+    /// As people read it.
+    pub title: &'static str,
+    /// What it is good for, for people.
+    pub shows: &'static str,
+    /// How it is gathered.
+    pub gather: Gather,
+    /// What counts.
+    pub settings: &'static [Setting],
+}
+
+impl Mode {
+    /// Its row.
+    pub fn facts(self) -> Facts {
+        use Setting::{Numbers, Shading, Shells, Solver, Surfaces, Transfer};
+        let row = |title, shows, gather, settings| Facts { title, shows, gather, settings };
+        match self {
+            Self::Iso => row("Isosurface", "The nearest surface", Gather::Nearest, &[Solver, Surfaces, Shading]),
+            Self::Transparent => row(
+                "Transparent",
+                "Surfaces let those behind them show through; each volume may have several",
+                Gather::Crossings,
+                &[Surfaces, Shells, Shading],
+            ),
+            Self::Overlay => row(
+                "Overlay",
+                "The nearer volume transparent, the other one opaque behind it: what one has more than the other shows",
+                Gather::FirstOfEach,
+                &[Solver, Surfaces, Shading],
+            ),
+            Self::Dvr => row(
+                "Volume",
+                "Looks through the density: every value has a colour and an opacity (direct volume rendering)",
+                Gather::Density,
+                &[Transfer, Shading],
+            ),
+            Self::Max => row(
+                "Maximum",
+                "The largest value along each line of sight: metal and enamel stand out, sutures are dark lines",
+                Gather::Number(RayValue::Max),
+                &[Numbers],
+            ),
+            Self::Mean => row("Mean", "The mean of the values along each line of sight", Gather::Number(RayValue::Mean), &[Numbers]),
+            Self::Xray => row(
+                "X-ray",
+                "The values along each line of sight added up, as on a radiograph",
+                Gather::Number(RayValue::Integral),
+                &[Numbers],
+            ),
+        }
+    }
+
+    /// How it is gathered.
+    pub fn gather(self) -> Gather {
+        self.facts().gather
+    }
+
+    /// Whether a setting changes what is drawn.
+    pub fn uses(self, setting: Setting) -> bool {
+        self.facts().settings.contains(&setting)
+    }
+}
