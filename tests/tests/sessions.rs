@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use bregma_renderer::{Clip, Color, Shape, TransferFunction};
+use bregma_renderer::{Clip, Color, Mode, Shape, TransferFunction};
 use bregma_session::Compare;
 use bregma_session::{Opened, Session, Source};
 use bregma_volume::Progress;
@@ -114,4 +114,30 @@ fn numbers_that_no_picture_has_are_refused() {
         let error = read(&folder, &["session.json"]).unwrap_err();
         assert!(error.contains(says), "{error}");
     }
+}
+
+#[test]
+fn sessions_of_earlier_versions_open_as_they_were_left() {
+    // Fails if a session that version 0.1.0 wrote no longer opens, or opens with another view, mode, cut or measurement.
+    let folder = folder("session-old", |_| ());
+    let open = |name: &str| {
+        let old = Path::new(env!("CARGO_MANIFEST_DIR")).join("sessions").join(name);
+        std::fs::copy(old, folder.join(name)).unwrap();
+        let opened = read(&folder, &[name]).unwrap();
+        let again = folder.join(format!("again-{name}"));
+        Session::of(&opened, &folder).write(&again).unwrap();
+        let reopened = read(&folder, &[again.file_name().unwrap().to_str().unwrap()]).unwrap();
+        assert_eq!((&reopened.scene, &reopened.landmarks, reopened.compare), (&opened.scene, &opened.landmarks, opened.compare));
+        assert_eq!(serde_json::to_value(&reopened.measurements).unwrap(), serde_json::to_value(&opened.measurements).unwrap());
+        opened
+    };
+    assert_eq!(open("overlay.json").scene.mode, Mode::Overlay);
+    // Then transparent surfaces were no mode of their own.
+    let transparent = open("transparent.json");
+    assert_eq!(transparent.scene.mode, Mode::Transparent);
+    assert!(transparent.scene.shadows && transparent.scene.layers[0].shells.len() == 1 && transparent.scene.clips == vec![cut()]);
+    assert_eq!(transparent.compare, Compare::Swipe { part: 0.25 });
+    let measured = open("measured.json");
+    assert!(measured.scene.mode == Mode::Max && measured.scene.of_gradient);
+    assert_eq!((measured.measurements.len(), measured.landmarks[0].name.as_str()), (1, "glabella"));
 }
