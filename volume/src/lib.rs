@@ -22,5 +22,5 @@ pub use ranges::{BRICK, RangeBricks};
 pub use registration::{Registration, TransformError, read_transform};
 pub use replace::replace_file;
 pub use samples::{Sample, Samples};
-pub use summary::Summary;
-pub use volume::{Metadata, Raster, ReadSamples, Unit, Volume, VolumeError};
+pub use summary::{ScaleError, Summary, Unit};
+pub use volume::{Metadata, Raster, ReadSamples, Volume, VolumeError};

@@ -1,7 +1,29 @@
 //! What the numbers of a scan mean and how they are spread: all that can be said without keeping the samples.
 
 use crate::histogram::{Histogram, Otsu};
-use crate::volume::{Unit, VolumeError};
+use serde::Serialize;
+use thiserror::Error;
+
+/// What a value is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum Unit {
+    /// Hounsfield units: air −1000, water 0.
+    #[serde(rename = "HU")]
+    Hounsfield,
+    /// A number whose scale the file does not state.
+    #[serde(rename = "value")]
+    Value,
+}
+
+/// A scale that maps all samples to one value, or to none.
+#[derive(Debug, Error, PartialEq)]
+#[error("the value scale (slope {slope}, intercept {intercept}) is not usable; both must be finite and the slope not zero")]
+pub struct ScaleError {
+    /// Value per sample unit.
+    pub slope: f64,
+    /// Value of sample 0.
+    pub intercept: f64,
+}
 
 /// `value = slope·sample + intercept`, and how often each occurs.
 #[derive(Clone, Debug)]
@@ -19,9 +41,9 @@ pub struct Summary {
 
 impl Summary {
     /// Refuses a scale that maps all samples to one value, or to none.
-    pub fn check_scale(slope: f64, intercept: f64) -> Result<(), VolumeError> {
+    pub fn check_scale(slope: f64, intercept: f64) -> Result<(), ScaleError> {
         let usable = slope.is_finite() && intercept.is_finite() && slope != 0.0;
-        if usable { Ok(()) } else { Err(VolumeError::Scale { slope, intercept }) }
+        if usable { Ok(()) } else { Err(ScaleError { slope, intercept }) }
     }
 
     /// Finds Otsu's threshold in `histogram`.

@@ -4,23 +4,11 @@ use crate::grid::Grid;
 use crate::histogram::Histogram;
 use crate::ranges::RangeBricks;
 use crate::samples::{Sample, Samples};
-use crate::summary::Summary;
+use crate::summary::{ScaleError, Summary, Unit};
 use crate::with_samples;
 use rayon::prelude::*;
-use serde::Serialize;
 use std::collections::BTreeMap;
 use thiserror::Error;
-
-/// What a value is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub enum Unit {
-    /// Hounsfield units: air −1000, water 0.
-    #[serde(rename = "HU")]
-    Hounsfield,
-    /// A number whose scale the file does not state.
-    #[serde(rename = "value")]
-    Value,
-}
 
 /// What a file says, before it is checked and indexed.
 #[derive(Debug)]
@@ -67,14 +55,9 @@ pub enum VolumeError {
         /// Samples that are there.
         samples: usize,
     },
-    /// A slope that maps all samples to one value, or to none.
-    #[error("the value scale (slope {slope}, intercept {intercept}) is not usable; both must be finite and the slope not zero")]
-    Scale {
-        /// The slope as given.
-        slope: f64,
-        /// The intercept as given.
-        intercept: f64,
-    },
+    /// A scale that maps all samples to one value, or to none.
+    #[error(transparent)]
+    Scale(#[from] ScaleError),
     /// Only NaN and infinities.
     #[error("no sample is a finite number")]
     NothingFinite,

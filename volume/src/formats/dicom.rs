@@ -21,7 +21,7 @@ use pixels::Storing;
 use std::path::Path;
 
 /// The row of the formats.
-pub const FORMAT: Format = Format { name: "DICOM", sniff, scan };
+pub const FORMAT: Format = Format { name: "DICOM", sniff, scan, write: None };
 
 /// Bytes that DICOM is told by.
 const HEAD: u64 = 132;

@@ -8,7 +8,7 @@ use glam::{DMat3, DVec3};
 use std::path::Path;
 
 /// The row of the formats.
-pub const FORMAT: Format = Format { name: "GIPL", sniff, scan };
+pub const FORMAT: Format = Format { name: "GIPL", sniff, scan, write: None };
 
 const SIZE: usize = 256;
 /// The last number of the header, in files of either kind.

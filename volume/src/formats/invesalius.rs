@@ -16,7 +16,7 @@ use std::path::Path;
 use tar::Archive;
 
 /// The row of the formats.
-pub const FORMAT: Format = Format { name: "InVesalius", sniff, scan };
+pub const FORMAT: Format = Format { name: "InVesalius", sniff, scan, write: None };
 
 fn sniff(path: &Path, head: &[u8], _progress: &Progress) -> bool {
     !head.is_empty() && path.extension().is_some_and(|e| e.eq_ignore_ascii_case("inv3"))

@@ -6,7 +6,7 @@ pub mod write;
 
 use super::decode::{Encoding, SampleType};
 use super::part::{Packing, Part, in_file, open_file};
-use super::{Format, Hints, NO_SPACING, ReadError, Scan, Storage, bad};
+use super::{Format, Hints, NO_SPACING, ReadError, Scan, Storage, Writer, bad};
 use crate::{Grid, GridError, Progress, Unit};
 use glam::{DMat3, DVec3};
 use std::collections::HashMap;
@@ -15,7 +15,7 @@ use std::path::Path;
 use std::str::FromStr;
 
 /// The row of the formats.
-pub const FORMAT: Format = Format { name: "MetaImage", sniff, scan };
+pub const FORMAT: Format = Format { name: "MetaImage", sniff, scan, write: Some(Writer { endings: &[".mha"], write: write::write }) };
 
 fn sniff(path: &Path, head: &[u8], _progress: &Progress) -> bool {
     let named = path.extension().is_some_and(|e| ["mha", "mhd"].iter().any(|n| e.eq_ignore_ascii_case(n)));

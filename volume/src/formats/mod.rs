@@ -1,4 +1,4 @@
-//! File formats. A format is one file here with a `sniff` and a `scan`, and one row of [`FORMATS`].
+//! File formats. A format is one file here with a `sniff`, a `scan` and, if it is written too, a `write`, and one row of [`FORMATS`].
 //!
 //! A format reads headers only and says where the samples are; [`Scan`] streams them: into memory, into a range and a histogram,
 //! or into every n-th of them. What a reader is given was made by a stranger: sizes are checked against the file's own length
@@ -29,7 +29,7 @@ pub use dicom::series::Series;
 pub use error::{OpenError, ReadError};
 pub use raw::{RawLayout, RawLayoutError};
 pub use scan::{Scan, Survey};
-pub use write::{WriteError, write};
+pub use write::WriteError;
 
 use crate::{Progress, Volume};
 use glam::DVec3;
@@ -46,6 +46,16 @@ pub struct Format {
     pub sniff: fn(path: &Path, head: &[u8], progress: &Progress) -> bool,
     /// Reads its headers.
     pub scan: fn(&Path, &Hints, &Progress) -> Result<Scan, ReadError>,
+    /// How scans are written in it, if they are.
+    pub write: Option<Writer>,
+}
+
+/// How a format is written.
+pub struct Writer {
+    /// What names of such files end in, in lower case.
+    pub endings: &'static [&'static str],
+    /// Writes a volume with its type, geometry and metadata; gives a sentence for each thing that the format cannot hold.
+    pub write: fn(&Path, &Volume, &Progress) -> Result<Vec<String>, WriteError>,
 }
 
 /// All formats; the first that claims a file reads it.
@@ -174,6 +184,18 @@ pub fn series(path: &Path, progress: &Progress) -> Result<Vec<Series>, OpenError
 /// Opens a scan of any of the [`FORMATS`]; its name is its file's. `progress` counts bytes of its files.
 pub fn open(path: &Path, hints: &Hints, progress: &Progress) -> Result<Volume, OpenError> {
     scan(path, hints, progress)?.load(progress)
+}
+
+/// Writes `volume` in the form that the name of `path` asks for, with its type, geometry and metadata. Gives a sentence for each thing
+/// that the form cannot hold. `progress` counts bytes of samples.
+pub fn write(path: &Path, volume: &Volume, progress: &Progress) -> Result<Vec<String>, WriteError> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
+    let writers = || FORMATS.iter().filter_map(|format| format.write.as_ref());
+    let writer = writers().find(|writer| writer.endings.iter().any(|end| name.ends_with(end))).ok_or_else(|| {
+        let forms = writers().flat_map(|writer| writer.endings).copied().collect::<Vec<_>>().join(", ");
+        WriteError::UnknownForm { file: path.to_owned(), forms }
+    })?;
+    (writer.write)(path, volume, progress)
 }
 
 fn find(path: &Path, progress: &Progress) -> Result<&'static Format, ReadError> {

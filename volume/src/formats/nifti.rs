@@ -6,7 +6,7 @@ pub mod write;
 
 use super::decode::{Encoding, SampleType};
 use super::part::{Packing, Part, head_of, in_file};
-use super::{Format, Hints, NO_DIRECTIONS, ReadError, Scan, Storage, bad};
+use super::{Format, Hints, NO_DIRECTIONS, ReadError, Scan, Storage, Writer, bad};
 use crate::{Grid, GridError, Metadata, Progress, Unit};
 use flate2::bufread::GzDecoder;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
@@ -14,7 +14,8 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// The row of the formats.
-pub const FORMAT: Format = Format { name: "NIfTI", sniff, scan };
+pub const FORMAT: Format =
+    Format { name: "NIfTI", sniff, scan, write: Some(Writer { endings: &[".nii", ".nii.gz"], write: write::write }) };
 
 const GZIP_MAGIC: &[u8] = &[0x1f, 0x8b];
 /// Length of a NIfTI-1 header, which is also its first number.

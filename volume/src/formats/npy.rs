@@ -9,7 +9,7 @@ use glam::{DMat3, DVec3};
 use std::path::Path;
 
 /// The row of the formats.
-pub const FORMAT: Format = Format { name: "NumPy", sniff, scan };
+pub const FORMAT: Format = Format { name: "NumPy", sniff, scan, write: None };
 
 const MAGIC: &[u8] = b"\x93NUMPY";
 /// An array of three axes says all in a few hundred bytes.

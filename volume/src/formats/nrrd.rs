@@ -6,17 +6,18 @@ mod space;
 mod write;
 
 pub use super::write::WriteError;
+use write::write_plain;
 pub use write::{Compression, write};
 
 use super::decode::{Encoding, SampleType};
 use super::part::{Packing, Part, counted, in_file, open_file};
-use super::{Format, Hints, ReadError, Scan, Storage, bad};
+use super::{Format, Hints, ReadError, Scan, Storage, Writer, bad};
 use crate::{Progress, Unit};
 use header::Header;
 use std::path::{Path, PathBuf};
 
 /// The row of the formats.
-pub const FORMAT: Format = Format { name: "NRRD", sniff, scan };
+pub const FORMAT: Format = Format { name: "NRRD", sniff, scan, write: Some(Writer { endings: &[".nrrd"], write: write_plain }) };
 
 fn sniff(_path: &Path, head: &[u8], _progress: &Progress) -> bool {
     head.starts_with(b"NRRD")

@@ -12,7 +12,7 @@ use std::io::Cursor;
 use std::path::Path;
 
 /// The row of the formats.
-pub const FORMAT: Format = Format { name: "pictures (a folder or zip of TIFF, PNG, BMP or JPEG)", sniff, scan };
+pub const FORMAT: Format = Format { name: "pictures (a folder or zip of TIFF, PNG, BMP or JPEG)", sniff, scan, write: None };
 
 /// How a picture is packed.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -10,7 +10,7 @@ use std::str::FromStr;
 use thiserror::Error;
 
 /// The row of the formats.
-pub const FORMAT: Format = Format { name: "raw", sniff, scan };
+pub const FORMAT: Format = Format { name: "raw", sniff, scan, write: None };
 
 /// How the samples lie in a headerless file; written `WxHxD,u8|u16|i16|f32[,be][,skip=N]`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

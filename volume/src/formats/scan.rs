@@ -147,7 +147,7 @@ impl Scan {
     }
 
     fn collect(&self, progress: &Progress) -> Result<Volume, ReadError> {
-        Summary::check_scale(self.slope, self.intercept)?;
+        Summary::check_scale(self.slope, self.intercept).map_err(VolumeError::from)?;
         let kept = self.kept(progress, 1)?;
         memory::check(self.step, |step| self.memory(kept, step))?;
         let grid = self.grid();
@@ -170,7 +170,7 @@ impl Scan {
     }
 
     fn tally(&self, progress: &Progress) -> Result<Survey, ReadError> {
-        Summary::check_scale(self.slope, self.intercept)?;
+        Summary::check_scale(self.slope, self.intercept).map_err(VolumeError::from)?;
         // Whole numbers are counted in one pass; floats need their range first.
         let is_float = matches!(self.encoding.sample, SampleType::F32 | SampleType::F64);
         let kept = self.kept(progress, 1 + u64::from(is_float))?;

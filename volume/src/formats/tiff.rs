@@ -7,7 +7,7 @@ pub mod write;
 use super::decode::{Encoding, SampleType};
 use super::entries::Entry;
 use super::part::{MOST_EXPANSION, Packing, Part, open_file};
-use super::{Format, Hints, NO_DIRECTIONS, NO_SPACING, ReadError, Scan, Storage};
+use super::{Format, Hints, NO_DIRECTIONS, NO_SPACING, ReadError, Scan, Storage, Writer};
 use crate::{Grid, Metadata, Progress, Unit};
 use glam::{DAffine3, DMat3, DVec3};
 use std::collections::{HashMap, HashSet};
@@ -19,7 +19,7 @@ use tiff::decoder::{Decoder, DecodingResult, Limits};
 use tiff::tags::{CompressionMethod, PhotometricInterpretation, Tag};
 
 /// The row of the formats.
-pub const FORMAT: Format = Format { name: "TIFF", sniff, scan };
+pub const FORMAT: Format = Format { name: "TIFF", sniff, scan, write: Some(Writer { endings: &[".tif", ".tiff"], write: write::write }) };
 
 fn sniff(path: &Path, head: &[u8], _progress: &Progress) -> bool {
     let named = path.extension().is_some_and(|e| ["tif", "tiff", "btf", "tf8"].iter().any(|n| e.eq_ignore_ascii_case(n)));

@@ -11,7 +11,7 @@ use glam::{DMat3, DVec3};
 use std::path::Path;
 
 /// The row of the formats.
-pub const FORMAT: Format = Format { name: "VH", sniff, scan };
+pub const FORMAT: Format = Format { name: "VH", sniff, scan, write: None };
 
 /// A few lines.
 const MOST_BYTES: u64 = 1 << 14;

@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 /// The row of the formats.
-pub const FORMAT: Format = Format { name: "VTI", sniff, scan };
+pub const FORMAT: Format = Format { name: "VTI", sniff, scan, write: None };
 
 fn sniff(path: &Path, head: &[u8], _progress: &Progress) -> bool {
     let named = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("vti"));

@@ -1,6 +1,5 @@
 //! Writing: one file, whole or not at all, in the form that its name asks for.
 
-use super::{metaimage, nifti, nrrd, tiff};
 use crate::{Cancelled, Progress, Samples, Volume, replace_file};
 use flate2::write::GzEncoder;
 use std::fs::File;
@@ -20,32 +19,16 @@ pub enum WriteError {
         error: io::Error,
     },
     /// A name that says nothing of the form.
-    #[error("{}: end the name in .nrrd, .nii, .nii.gz, .mha or .tif, so that its form is known", file.display())]
+    #[error("{}: end the name in one of {forms}, so that its form is known", file.display())]
     UnknownForm {
         /// The file as it was named.
         file: PathBuf,
+        /// The endings that are known.
+        forms: String,
     },
     /// Stopped by request; nothing was written.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
-}
-
-/// Writes `volume` in the form that the name of `path` asks for, with its type, geometry and metadata. Gives a sentence for each thing
-/// that the form cannot hold. `progress` counts bytes of samples.
-pub fn write(path: &Path, volume: &Volume, progress: &Progress) -> Result<Vec<String>, WriteError> {
-    let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
-    let is = |ends: &[&str]| ends.iter().any(|end| name.ends_with(end));
-    if is(&[".nrrd"]) {
-        nrrd::write(path, volume, nrrd::Compression::Raw, progress).map(|()| vec![])
-    } else if is(&[".nii", ".nii.gz"]) {
-        nifti::write::write(path, volume, is(&[".gz"]), progress)
-    } else if is(&[".mha"]) {
-        metaimage::write::write(path, volume, progress).map(|()| vec![])
-    } else if is(&[".tif", ".tiff"]) {
-        tiff::write::write(path, volume, progress)
-    } else {
-        Err(WriteError::UnknownForm { file: path.to_owned() })
-    }
 }
 
 /// Writes a file beside its place and then moves it there. `progress` counts bytes of samples.

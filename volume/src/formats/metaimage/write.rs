@@ -5,10 +5,11 @@ use super::{KNOWN, UNIT};
 use crate::{Progress, ReadSamples, Unit, Volume};
 use std::path::Path;
 
-/// Writes `volume` to `path`.
-pub fn write(path: &Path, volume: &Volume, progress: &Progress) -> Result<(), WriteError> {
+/// Writes `volume` to `path`; there is nothing that MetaImage has no place for.
+pub fn write(path: &Path, volume: &Volume, progress: &Progress) -> Result<Vec<String>, WriteError> {
     let header = header(volume);
-    whole(path, volume, progress, |out| header_and_samples(out, header.as_bytes(), Packed::Nothing, volume.samples(), progress))
+    whole(path, volume, progress, |out| header_and_samples(out, header.as_bytes(), Packed::Nothing, volume.samples(), progress))?;
+    Ok(vec![])
 }
 
 fn header(volume: &Volume) -> String {

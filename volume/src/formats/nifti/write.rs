@@ -9,9 +9,9 @@ use std::path::Path;
 /// Bytes of the description.
 const DESCRIPTION: usize = 80;
 
-/// Writes `volume` to `path`, header and all by gzip if `gzip`. Gives sentences about what NIfTI has no place for.
-pub fn write(path: &Path, volume: &Volume, gzip: bool, progress: &Progress) -> Result<Vec<String>, WriteError> {
-    let packed = if gzip { Packed::All } else { Packed::Nothing };
+/// Writes `volume` to `path`, header and all by gzip if its name ends so. Gives sentences about what NIfTI has no place for.
+pub fn write(path: &Path, volume: &Volume, progress: &Progress) -> Result<Vec<String>, WriteError> {
+    let packed = if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz")) { Packed::All } else { Packed::Nothing };
     let is_wide = volume.grid().dims().iter().any(|&n| n > i16::MAX as usize);
     let header = header(volume, is_wide);
     whole(path, volume, progress, |out| header_and_samples(out, &header, packed, volume.samples(), progress))?;

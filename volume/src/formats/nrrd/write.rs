@@ -14,6 +14,11 @@ pub enum Compression {
     Gzip,
 }
 
+/// Writes `volume` to `path` with its samples as they are; NRRD holds all that a volume has.
+pub fn write_plain(path: &Path, volume: &Volume, progress: &Progress) -> Result<Vec<String>, WriteError> {
+    write(path, volume, Compression::Raw, progress).map(|()| vec![])
+}
+
 /// Writes `volume` to `path` as NRRD, in LPS and mm. It is written beside and then renamed, so that a file that was there is
 /// replaced whole or not at all. `progress` counts bytes of samples.
 pub fn write(path: &Path, volume: &Volume, compression: Compression, progress: &Progress) -> Result<(), WriteError> {
