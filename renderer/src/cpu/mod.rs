@@ -17,12 +17,12 @@ mod steps;
 pub(crate) mod walk;
 
 use crate::camera::PixelAffine;
-use crate::frame::{Frame, FrameLayer, MapCache};
+use crate::frame::{Frame, FrameLayer};
 use crate::lanes::{Doubles, Floats, Ints, LANES, Mask, Vecs, axes, dot, numbers};
 use crate::modes::{Gather, RayValue};
 use crate::roots::{Method, Solver, spline, trilinear};
 use crate::scene::{Integrator, Normals, Picture, Scene};
-use crate::spans::BLOCK;
+use crate::skip::{BLOCK, MapCache};
 use crate::tone::colored;
 use crate::{Backend, InstructionSet, RenderError, Renderer, Split};
 use bregma_field::Volume;

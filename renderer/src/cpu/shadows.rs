@@ -11,8 +11,8 @@ use super::walk::{Lines, Part};
 use super::{View, field_of};
 use crate::frame::FrameLayer;
 use crate::lanes::{Doubles, Floats, Ints, LANES, Mask, Vecs, axes, numbers};
-use crate::light_spans::LightSpans;
 use crate::roots::bernstein::bernstein;
+use crate::skip::LightSpans;
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 

@@ -9,7 +9,7 @@ use crate::frame::{Frame, FrameLayer};
 use crate::lanes::{Floats, LANES, numbers};
 use crate::roots::Method;
 use crate::scene::Scene;
-use crate::spans::BLOCK;
+use crate::skip::BLOCK;
 use crate::{RenderError, SPLIT_ROUNDS, Split};
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch};

@@ -8,10 +8,9 @@
 use super::cells::{self, Place};
 use super::fetch::Source;
 use super::steps;
-use crate::cell_masks::{CellMasks, WORDS};
 use crate::lanes::{Doubles, Floats, Ints, LANES, Mask, Vecs, axes, numbers};
-use crate::occupancy::DistanceMap;
 use crate::roots::{Method, Solver};
+use crate::skip::{CellMasks, DistanceMap, WORDS};
 use bregma_field::BRICK;
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;

@@ -4,7 +4,7 @@
 
 use super::layout::Block;
 use crate::frame::FrameLayer;
-use crate::spans::BLOCK;
+use crate::skip::BLOCK;
 
 /// Pixels of a block.
 pub(super) const BLOCK_PIXELS: usize = (BLOCK * BLOCK) as usize;

@@ -2,11 +2,11 @@
 
 use super::blocks::BLOCK_PIXELS;
 use super::upload::MASKS_ACROSS;
-use crate::cell_masks::WORDS;
 use crate::cpu::{ON_FACE_VOXEL, PCG, dvr, gauss, project, segments, shade, shadows, walk};
 use crate::frame::FACE_COLORS;
 use crate::roots::{analytic, cubic, spline};
 use crate::scene::{CutFace, srgb};
+use crate::skip::WORDS;
 use crate::stability::DECIDED_VOXEL;
 use bregma_field::BRICK;
 

@@ -20,12 +20,11 @@ pub use device::GpuError;
 use pipelines::{Pipelines, Target};
 use shader::{Reads, link};
 
-use crate::cell_masks::CellMasks;
-use crate::frame::{Frame, MapCache};
+use crate::frame::Frame;
 use crate::modes::Gather;
-use crate::occupancy::DistanceMap;
 use crate::roots::{Method, Solver, Steps};
 use crate::scene::{Picture, Scene};
+use crate::skip::{CellMasks, DistanceMap, MapCache};
 use crate::tone::colored;
 use crate::{Backend, InstructionSet, RenderError, Renderer, Split};
 use bregma_field::Volume;

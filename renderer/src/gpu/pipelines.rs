@@ -11,7 +11,7 @@ use super::{Parts, bindings, trace_shader};
 use crate::frame::Frame;
 use crate::roots::{Method, Solver};
 use crate::scene::{Picture, Scene};
-use crate::spans::BLOCK;
+use crate::skip::BLOCK;
 use rayon::prelude::*;
 use std::ops::Range;
 use std::time::Instant;

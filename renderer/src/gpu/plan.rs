@@ -9,7 +9,7 @@ use crate::frame::{Frame, FrameLayer};
 use crate::modes::{Gather, Setting};
 use crate::roots::{Method, Solver};
 use crate::scene::{Integrator, MOST_VOLUMES, Normals, Scene};
-use crate::spans::BLOCK;
+use crate::skip::BLOCK;
 use bregma_field::clip::Half;
 use std::ops::Range;
 

@@ -5,8 +5,7 @@
 
 use super::device::{Gpu, GpuError};
 use super::shader::Component;
-use crate::cell_masks::{CellMasks, WORDS};
-use crate::occupancy::DistanceMap;
+use crate::skip::{CellMasks, DistanceMap, WORDS};
 use bregma_field::{AnyBlock, Sample, Store, Volume, with_block};
 use wgpu::{TextureDimension, TextureFormat, TextureUsages};
 

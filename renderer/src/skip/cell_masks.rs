@@ -1,8 +1,8 @@
 //! Which cells of a brick can hold the surface: one bit for each, so that a ray passes the others without reading a sample.
 
+use super::occupancy::DistanceMap;
 use crate::InstructionSet;
 use crate::lanes::{Floats, LANES};
-use crate::occupancy::DistanceMap;
 use crate::roots::inside;
 use bregma_field::{BRICK, Block, Sample, Store, with_block};
 use fearless_simd::prelude::*;
