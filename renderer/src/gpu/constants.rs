@@ -2,7 +2,7 @@
 
 use super::blocks::BLOCK_PIXELS;
 use super::upload::MASKS_ACROSS;
-use crate::cpu::{ON_FACE_VOXEL, PCG, dvr, gauss, project, segments, shade, shadows, walk};
+use crate::cpu::{brick, dvr, dvr_exact, dvr_steps, faces, gauss, let_through, light, packets, project, segments};
 use crate::frame::FACE_COLORS;
 use crate::roots::{analytic, cubic, spline};
 use crate::scene::{CutFace, srgb};
@@ -24,9 +24,9 @@ constants! {
     BRICK = BRICK as i32;
     MASKS_ACROSS = MASKS_ACROSS as u32;
     WORDS = WORDS as u32;
-    STILL = walk::STILL;
-    FAR = walk::FAR;
-    ON_FACE_VOXEL = ON_FACE_VOXEL;
+    STILL = brick::STILL;
+    FAR = brick::FAR;
+    ON_FACE_VOXEL = faces::ON_FACE_VOXEL;
     FACE_COLORS = FACE_COLORS as u32;
     UNFINISHED = super::march::UNFINISHED;
     NO_ROOT = analytic::NO_ROOT;
@@ -47,16 +47,16 @@ constants! {
     GAUSS_WEIGHTS = gauss::WEIGHTS;
     GAUSS_UNTIL = Matrix(gauss::UNTIL);
     SEEN = dvr::SEEN;
-    CLEAREST = dvr::CLEAREST;
-    LEAST = dvr::LEAST;
-    THIN = dvr::THIN;
-    DARK = shadows::DARK;
-    PCG = PCG;
+    CLEAREST = dvr_steps::CLEAREST;
+    LEAST = dvr_exact::LEAST;
+    THIN = dvr_exact::THIN;
+    DARK = let_through::DARK;
+    PCG = packets::PCG;
     BLEND = CutFace::Blend as u32;
     TRANSFER = CutFace::Transfer as u32;
-    FIRST_IS_MORE = shade::FIRST_IS_MORE;
-    SECOND_IS_MORE = shade::SECOND_IS_MORE;
-    EQUAL = shade::EQUAL;
+    FIRST_IS_MORE = light::FIRST_IS_MORE;
+    SECOND_IS_MORE = light::SECOND_IS_MORE;
+    EQUAL = light::EQUAL;
     SRGB_SLOPE = srgb::SLOPE;
     SRGB_OFFSET = srgb::OFFSET;
     SRGB_SCALE = srgb::SCALE;

@@ -9,7 +9,7 @@ use super::pipelines::{
 use super::plan::Plan;
 use super::shader::{Reads, link};
 use super::{GpuRenderer, Parts, Projected, bindings};
-use crate::cpu::{dvr, shells};
+use crate::cpu::{dvr_exact, dvr_steps, transparent};
 use crate::frame::Frame;
 use crate::modes::{Gather, RayValue};
 use crate::roots::{Method, Solver};
@@ -39,9 +39,9 @@ impl Integrate {
 /// The WGSL of a pass over volumes that are read so, and the numbers that it is compiled with.
 pub(super) fn shader(volumes: &[Reads], integrate: Integrate) -> (String, Vec<(&'static str, f64)>) {
     let (file, enough) = match integrate {
-        Integrate::Shells { .. } => ("shells", shells::ENOUGH),
-        Integrate::Steps => ("dvr_steps", dvr::ENOUGH_IN_STEPS),
-        Integrate::Exact => ("dvr_exact", dvr::ENOUGH_EXACTLY),
+        Integrate::Shells { .. } => ("shells", transparent::ENOUGH),
+        Integrate::Steps => ("dvr_steps", dvr_steps::ENOUGH),
+        Integrate::Exact => ("dvr_exact", dvr_exact::ENOUGH),
     };
     let mut numbers = vec![("ENOUGH", f64::from(enough))];
     if let Integrate::Shells { shadows } = integrate {
