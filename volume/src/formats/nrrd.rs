@@ -5,7 +5,6 @@ mod header;
 mod space;
 mod write;
 
-pub use super::write::WriteError;
 pub use write::{Compression, write};
 
 use super::decode::{Encoding, SampleType};
