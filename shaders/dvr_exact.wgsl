@@ -1,7 +1,7 @@
 // Direct volume rendering as the integral along a stretch, piece by piece.
-// The twin of `gather_exactly` in renderer/src/cpu/dvr.rs, which says why each step is as it is.
+// The twin of renderer/src/cpu/dvr_exact.rs, which says why each step is as it is.
 
-#import constants, volume, traveller, pieces, cubic, ray, light, dvr
+#import constants, volume, traveller, intervals, cubic, ray, light, dvr
 #each count_above, find_end, add_own, pass_end
 
 // Of each volume the next end of a piece.

@@ -1,23 +1,7 @@
 // The interpolant along a ray through a cell, piece by piece: between where it turns, and where it passes one of some ascending levels.
-// The twin of renderer/src/cpu/pieces.rs, which says why each step is as it is.
+// The twin of renderer/src/cpu/intervals.rs, which says why each step is as it is.
 
-#import volume, cubic, cells, gradient
-
-// A level, and its paint: linear colour, and opacity or extinction per mm.
-fn level_at(n: i32) -> f32 {
-    return extras[params.levels.first + 2u * u32(n)].x;
-}
-
-fn paint_at(n: i32) -> vec4<f32> {
-    return extras[params.levels.first + 2u * u32(n) + 1u];
-}
-
-// The next end of a piece: where, whether a level is passed there, and whether values rise.
-struct Next {
-    u: f32,
-    passes: bool,
-    rises: bool,
-}
+#import volume, cubic
 
 // How many of the levels lie at or below a value.
 fn count_levels(v: f32) -> i32 {
@@ -47,6 +31,22 @@ fn next_end(b: vec4<f32>, u: f32, u_end: f32, above: i32) -> Next {
     return Next(refine(g, u, g_low, end, cubic_value(g, end)), true, rises);
 }
 
+// The next end of a piece: where, whether a level is passed there, and whether values rise.
+struct Next {
+    u: f32,
+    passes: bool,
+    rises: bool,
+}
+
+// A level, and its paint: linear colour, and opacity or extinction per mm.
+fn level_at(n: i32) -> f32 {
+    return extras[params.levels.first + 2u * u32(n)].x;
+}
+
+fn paint_at(n: i32) -> vec4<f32> {
+    return extras[params.levels.first + 2u * u32(n) + 1u];
+}
+
 // What lies, at value v in the piece of number `above`, between what belongs to the levels on either side of it.
 fn paint_between(above: i32, v: f32) -> vec4<f32> {
     let low = max(above - 1, 0);
@@ -59,27 +59,20 @@ fn paint_between(above: i32, v: f32) -> vec4<f32> {
     return paint_at(low) + (paint_at(high) - paint_at(low)) * w;
 }
 
-// Linear colour, and opacity of a step, of a value.
-fn looked_up(v: f32) -> vec4<f32> {
-    let n = clamp(i32(floor(v * params.table_per_unit + 0.5)), 0, i32(params.table.count) - 1);
-    return extras[params.table.first + u32(n)];
-}
-
-// The factor of the extinction by the gradient's magnitude.
-fn gradient_factor(way: Crossing, u: f32) -> f32 {
-    let first = params.gradients.first;
-    let local = way.start * (1.0 - u) + way.end * u;
-    let magnitude = length(params.gradient_to_world * gradient(way.lower, way.upper, local));
-    var below = extras[first].xy;
-    if magnitude < below.x {
-        return below.y;
+// The next crossing of a level from u on to u_end; it passes none where there is none.
+fn next_crossing(cubic: vec4<f32>, above: i32, first: f32, u_end: f32, fresh: bool) -> Next {
+    // Where a cell is entered on the other side of a level than the one before was left: at the box's face, a cut, or by rounding.
+    let at_start = count_levels(cubic.x);
+    if fresh && at_start != above {
+        return Next(first, true, at_start > above);
     }
-    for (var n = 1u; n < params.gradients.count; n++) {
-        let above = extras[first + n].xy;
-        if magnitude < above.x {
-            return below.y + (above.y - below.y) * ((magnitude - below.x) / (above.x - below.x));
+    var u = first;
+    while u < u_end {
+        let next = next_end(cubic, u, u_end, above);
+        if next.passes {
+            return next;
         }
-        below = above;
+        u = next.u;
     }
-    return below.y;
+    return Next(u, false, false);
 }

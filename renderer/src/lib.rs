@@ -4,6 +4,7 @@
 //! that both renderers are held to, and what measurements are taken from.
 
 pub mod accuracy;
+mod appearance;
 mod camera;
 mod cpu;
 mod frame;

@@ -223,8 +223,16 @@ impl Field<'_> {
         of & (shifted & 1).simd_eq(1)
     }
 
-    /// Where the rays of `of` enter the box of the cells that can hold the surface, in a brick of which `s` is at or near the entry, and the
-    /// first and last of these cells along each side; some miss it.
+    /// (rays at or near the entries of bricks) → (where they enter the box of the cells that can hold the surface, the first and last of these
+    /// cells along each side); `rays` leaves out those that miss it.
+    ///
+    /// ```text
+    ///   brick ┌───────────────┐
+    ///         │   ┌───────┐   │     t = 0 at s, which may lie a little before or behind the brick's face
+    ///     s ──┼─► t cells t_out ──► t_end is t_out, or where nothing more is asked for
+    ///         │   └───────┘   │     positions are relative to the brick's lowest corner
+    ///         └───────────────┘
+    /// ```
     #[inline(always)]
     pub fn enter_brick<S: Simd>(&self, simd: S, rays: &Walkers<'_, S>, of: Mask<S>) -> (InBrick<S>, [Vecs<S>; 2]) {
         let Walkers { ref pace, s, part, brick, .. } = *rays;

@@ -81,6 +81,13 @@ pub(super) fn advance<S: Simd>(simd: S, field: &Field<'_>, pace: &Pace<S>, at: &
 }
 
 /// Rays on their way through cells.
+///
+/// ```text
+///   s[0] ┌────────────┐
+///   ──►start          │     start and end in [0, 1]³ of the cell, on its faces; between them the interpolant is a cubic of u
+///        │ u       end──►   u = 0 at start, 1 at end
+///        └────────────┘ s[1]
+/// ```
 #[derive(Clone, Copy)]
 pub(crate) struct CellPass<S: Simd> {
     /// The cells, by their lowest samples.

@@ -11,6 +11,11 @@ use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
 /// The part of rays that cuts leave.
+///
+/// ```text
+///   eye ──────┊cut away┊▓▓▓▓▓ kept ▓▓▓▓▓┊cut away┊──►
+///           s = 0    begin             end            is_cut: begin > 0
+/// ```
 #[derive(Clone, Copy)]
 pub(super) struct Kept<S: Simd> {
     /// Where it begins, and where it ends; the first is the larger where nothing is left.

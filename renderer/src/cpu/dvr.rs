@@ -33,7 +33,7 @@ pub(super) fn gradient_factor<S: Simd>(simd: S, t: &Traveller<'_, S>, u: Floats<
     let magnitude = dot(&g, &g).sqrt().to_array();
     let mut factor = [0.0; LANES];
     for lane in numbers(of) {
-        factor[lane] = factor_at(&t.layer.gradient_factors, magnitude[lane]);
+        factor[lane] = factor_at(&t.layer.appearance.gradient_factors, magnitude[lane]);
     }
     Floats::load_array(simd, factor)
 }

@@ -12,7 +12,8 @@ use crate::roots::cubic::value;
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
-/// From here on the exact integral does not look at what lies behind, and what it has gathered counts as opaque: a tenth of what a display shows.
+/// From here on the exact integral does not look at what lies behind, and what it has gathered counts as opaque: a tenth of what a display
+/// shows.
 pub(crate) const ENOUGH: f32 = 0.9999;
 
 /// Of a depth: what float32 tells apart there, twice over.
@@ -32,7 +33,7 @@ pub(super) fn gather<S: Simd>(
 ) -> Mask<S> {
     for t in travellers.iter_mut() {
         let of = t.covers(stretch);
-        t.above = of.select(count_levels(simd, &t.layer.levels, value(&t.cubic, t.share_at(stretch.from))), t.above);
+        t.above = of.select(count_levels(simd, &t.layer.appearance.levels, value(&t.cubic, t.share_at(stretch.from))), t.above);
     }
     let mut s = stretch.from;
     let mut full = Mask::splat(simd, false);
@@ -46,10 +47,10 @@ pub(super) fn gather<S: Simd>(
         let mut ends = Vec::with_capacity(travellers.len());
         for t in travellers.iter() {
             let of = t.covers(stretch) & here;
-            let ahead = next_end(simd, &t.cubic, &t.layer.levels, t.share_at(s), t.share_at(stretch.to), t.above, of);
+            let ahead = next_end(simd, &t.cubic, &t.layer.appearance.levels, t.share_at(s), t.share_at(stretch.to), t.above, of);
             let at = t.cell.s[0] + ahead.u * (t.cell.s[1] - t.cell.s[0]);
-            // The end of the stretch is the stretch's, whatever rounding says of the cell's. A piece that rounding makes nothing of is
-            // joined to the next; a level that is passed meanwhile is passed at that one's start.
+            // s < at ≤ stretch.to, unless a level is passed right at s: where rounding leaves a piece no length, the next one's is added, and
+            // the level is passed where that one starts. Where no more ends in the cell it is exactly the stretch's end.
             let at = ahead.passes.select(at, at.max(s + s.abs() * LEAST));
             let at = (ahead.passes | ahead.u.simd_lt(t.share_at(stretch.to))).select(at, stretch.to).min(stretch.to);
             end = of.select(end.min(at), end);
@@ -117,13 +118,13 @@ fn integrated<S: Simd>(
         for n in 0..4 {
             let s = from + (to - from) * NODES[n];
             let u = t.share_at(s);
-            let paint = paint_between(simd, &t.layer.levels, &t.layer.paints, t.above, value(&t.cubic, u), of);
+            let paint = paint_between(simd, &t.layer.appearance.levels, &t.layer.appearance.paints, t.above, value(&t.cubic, u), of);
             let mut own = of.select(paint[3], zero);
             let visible = of & own.simd_gt(zero);
             if !visible.any_true() {
                 continue;
             }
-            if !t.layer.gradient_factors.is_empty() {
+            if !t.layer.appearance.gradient_factors.is_empty() {
                 own *= gradient_factor(simd, t, u, visible);
             }
             let normal = t.normal_behind_cut(simd, view, u, s, visible);
@@ -133,7 +134,7 @@ fn integrated<S: Simd>(
             kept += own;
         }
         let more = kept.simd_gt(most);
-        id = more.select(Floats::splat(simd, (t.layer.index + 1) as f32), id);
+        id = more.select(Floats::splat(simd, (t.layer.placement.index + 1) as f32), id);
         most = most.max(kept);
     }
     let mut sent = [zero; 3];

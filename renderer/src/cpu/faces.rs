@@ -29,7 +29,7 @@ impl<S: Simd> Face<S> {
     /// What is seen of them, by the window.
     #[inline(always)]
     pub fn brightness(&self, layer: &FrameLayer) -> Floats<S> {
-        let [gain, offset] = layer.brightness;
+        let [gain, offset] = layer.appearance.brightness;
         self.value * gain + offset
     }
 }
@@ -46,7 +46,7 @@ pub(super) fn face_of<S: Simd>(
     of: Mask<S>,
 ) -> Face<S> {
     let none = Face { is: Mask::splat(simd, false), value: Floats::splat(simd, 0.0) };
-    if !layer.shows_faces || layer.surface.grid.is_flat() {
+    if !layer.appearance.shows_faces || layer.placement.surface.grid.is_flat() {
         return none;
     }
     simd.vectorize(
@@ -79,18 +79,18 @@ pub(super) fn face_of<S: Simd>(
 pub(super) fn faces<S: Simd>(simd: S, view: &View<'_, S>, lines: &[Line<S>]) -> Vec<Drawn<S>> {
     let View { frame, scene, pixels, .. } = *view;
     let mut faces = vec![];
-    for (layer, lines) in frame.layers.iter().zip(lines).filter(|(layer, _)| layer.shows_faces) {
+    for (layer, lines) in frame.layers.iter().zip(lines).filter(|(layer, _)| layer.appearance.shows_faces) {
         let field = Field::of(layer);
-        let kept = kept(simd, &layer.surface.region, &world_line_of(simd, frame, pixels));
+        let kept = kept(simd, &layer.placement.surface.region, &world_line_of(simd, frame, pixels));
         let face = face_of(simd, scene, layer, &field, lines, &kept, pixels.inside);
         let zero = Floats::splat(simd, 0.0);
         faces.push(Drawn {
             found: face.is & face.value.simd_ge(zero),
             s: kept.begin,
             normal: [zero; 3],
-            color: axes!(a => Floats::splat(simd, layer.color[a])),
+            color: axes!(a => Floats::splat(simd, layer.appearance.color[a])),
             opacity: zero,
-            id: Floats::splat(simd, (layer.index + 1) as f32),
+            id: Floats::splat(simd, (layer.placement.index + 1) as f32),
             is_face: face.is,
             brightness: face.brightness(layer),
         });

@@ -25,7 +25,7 @@ pub(super) fn gradient<S: Simd>(f: &[Floats<S>; 8], p: &Vecs<S>) -> Vecs<S> {
 #[inline(always)]
 pub(super) fn world_gradient<S: Simd>(layer: &FrameLayer, pass: &CellPass<S>, u: Floats<S>) -> Vecs<S> {
     let g = gradient(&pass.f, &lerp(&pass.start, &pass.end, u));
-    let m = layer.gradient_to_world.to_cols_array_2d();
+    let m = layer.placement.gradient_to_world.to_cols_array_2d();
     axes!(a => g[0] * m[0][a] + g[1] * m[1][a] + g[2] * m[2][a])
 }
 

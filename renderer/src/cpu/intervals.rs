@@ -2,7 +2,13 @@
 //! How many of these lie at or below the value says which piece it is in; that number is carried along, so that rounding never makes a
 //! crossing of none, or none of a crossing.
 //!
-//! The twin of `shaders/pieces.wgsl`.
+//! ```text
+//!   level 1 ─────────────●──turn───●────────     ● where a piece ends: at a level, or where the cubic turns
+//!   level 0 ────●───────────────────────●───
+//!   above     0 │   1    │     2    │ 1 │ 0
+//! ```
+//!
+//! The twin of `shaders/intervals.wgsl`.
 
 use crate::lanes::{Floats, Ints, LANES, Mask, numbers};
 use crate::roots::cubic::{refine, turning_points, value};

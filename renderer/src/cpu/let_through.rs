@@ -46,14 +46,14 @@ fn let_through<S: Simd>(simd: S, view: &View<'_, S>, s: Floats<S>, asked: Mask<S
             let cubic = bernstein(&cell.f, &cell.start, &cell.end);
             // What the light is on its way in from the start on it has not come into.
             let starts = cell.is_first & cell.s[0].simd_eq(kept.begin) & !kept.is_cut;
-            above = starts.select(count_levels(simd, &layer.levels, cubic[0]), above);
-            let mut next = next_crossing(simd, &layer.levels, &cubic, above, [zero, one], walking, walking);
+            above = starts.select(count_levels(simd, &layer.appearance.levels, cubic[0]), above);
+            let mut next = next_crossing(simd, &layer.appearance.levels, &cubic, above, [zero, one], walking, walking);
             while next.there.any_true() {
                 let Pending { u, there, rises, at_entry } = next;
-                let paint = paint_at(simd, &layer.paints, rises.select(above, above - up), there);
+                let paint = paint_at(simd, &layer.appearance.paints, rises.select(above, above - up), there);
                 share = there.select(share * (1.0 - paint[3]), share);
                 above = there.select(rises.select(above + up, above - up), above);
-                next = next_crossing(simd, &layer.levels, &cubic, above, [u, one], there, at_entry);
+                next = next_crossing(simd, &layer.appearance.levels, &cubic, above, [u, one], there, at_entry);
             }
         }
     }

@@ -3,7 +3,6 @@
 //!
 //! The twin of `shaders/march.wgsl`.
 
-use super::brick::FAR;
 use super::cells::CellPass;
 use super::cuts::kept;
 use super::gradient::Around;
@@ -22,22 +21,56 @@ pub(super) fn march<'a, S: Simd>(
     simd: S,
     frame: &'a Frame,
     pixels: &Pixels<S>,
-    [x, y]: [u32; 2],
+    block: [u32; 2],
     lines: &'a [Line<S>],
     until: Floats<S>,
     mut integrate: impl FnMut(&mut [Traveller<'a, S>], &Stretch<S>) -> Mask<S>,
 ) {
+    let none = Mask::splat(simd, false);
+    let mut travellers = set_out(simd, frame, pixels, block, lines, until);
+    let mut done = none;
+    let mut here = Floats::splat(simd, 0.0);
+    loop {
+        let mut any = none;
+        for traveller in &mut travellers {
+            traveller.go_on(simd, !done);
+            any |= traveller.has;
+        }
+        let of = any & !done;
+        if !of.any_true() {
+            return;
+        }
+        let stretch = Stretch::of(simd, &travellers, here, of);
+        done |= integrate(&mut travellers, &stretch);
+        here = of.select(stretch.to, here);
+        for t in &mut travellers {
+            t.fresh &= !t.covers(&stretch);
+            t.has &= t.cell.s[1].simd_gt(stretch.to);
+        }
+    }
+}
+
+/// The volumes that a block of pixels may see, each where the rays enter it.
+#[inline(always)]
+fn set_out<'a, S: Simd>(
+    simd: S,
+    frame: &'a Frame,
+    pixels: &Pixels<S>,
+    [x, y]: [u32; 2],
+    lines: &'a [Line<S>],
+    until: Floats<S>,
+) -> Vec<Traveller<'a, S>> {
     let splat = |v| Floats::splat(simd, v);
     let none = Mask::splat(simd, false);
     let world = world_line_of(simd, frame, pixels);
     let mut travellers = Vec::with_capacity(frame.layers.len());
     for (layer, lines) in frame.layers.iter().zip(lines) {
-        let [s_min, s_max] = layer.spans.at(x, y);
+        let [s_min, s_max] = layer.skip.spans.at(x, y);
         if s_min > s_max {
             continue;
         }
         let field = Field::of(layer);
-        let kept = kept(simd, &layer.surface.region, &world);
+        let kept = kept(simd, &layer.placement.surface.region, &world);
         let s_max = splat(s_max).min(kept.end).min(until);
         let part = Part { begin: kept.begin, s_min: splat(s_min), s_max };
         let (walk, open) = field.begin(simd, lines, &part, pixels.inside & kept.begin.simd_lt(until));
@@ -57,35 +90,5 @@ pub(super) fn march<'a, S: Simd>(
             around: Around::unknown(simd),
         });
     }
-    let mut done = none;
-    let mut here = splat(0.0);
-    loop {
-        let mut any = none;
-        for traveller in &mut travellers {
-            traveller.go_on(simd, !done);
-            any |= traveller.has;
-        }
-        let of = any & !done;
-        if !of.any_true() {
-            return;
-        }
-        let far = splat(FAR);
-        let (mut from, mut to) = (far, far);
-        for t in &travellers {
-            from = t.has.select(from.min(t.cell.s[0]), from);
-        }
-        let from = from.max(here);
-        for t in &travellers {
-            // A cell that is still ahead ends the stretch where it begins.
-            let end = t.cell.s[0].simd_gt(from).select(t.cell.s[0], t.cell.s[1]);
-            to = t.has.select(to.min(end), to);
-        }
-        let stretch = Stretch { from, to, of };
-        done |= integrate(&mut travellers, &stretch);
-        here = of.select(to, here);
-        for t in &mut travellers {
-            t.fresh &= !t.covers(&stretch);
-            t.has &= t.cell.s[1].simd_gt(to);
-        }
-    }
+    travellers
 }

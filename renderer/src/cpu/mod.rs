@@ -15,7 +15,7 @@ pub(crate) mod light;
 mod line;
 mod march;
 mod nearest;
-pub(crate) mod packets;
+mod packets;
 pub(crate) mod project;
 mod ray;
 mod samples;
@@ -168,13 +168,13 @@ fn project_band<S: Simd>(simd: S, frame: &Frame, scene: &Scene, of: RayValue, [w
     for packet in packets(width, height) {
         let pixels = packet.pixels(simd, y0);
         for (n, layer) in frame.layers.iter().enumerate() {
-            let [s_min, s_max] = layer.spans.at(packet.x0, y0);
+            let [s_min, s_max] = layer.skip.spans.at(packet.x0, y0);
             if s_min > s_max {
                 continue;
             }
             let field = Field::of(layer);
             let lines = line_of(simd, layer, &pixels);
-            let kept = kept(simd, &layer.surface.region, &world_line_of(simd, frame, &pixels));
+            let kept = kept(simd, &layer.placement.surface.region, &world_line_of(simd, frame, &pixels));
             let part = Part { begin: kept.begin, s_min: Floats::splat(simd, s_min), s_max: Floats::splat(simd, s_max).min(kept.end) };
             let of = simd.vectorize(
                 #[inline(always)]
@@ -202,7 +202,7 @@ fn draw_through<S: Simd>(simd: S, frame: &Frame, scene: &Scene, band: Band<'_>) 
     let Band { width, y0, rgba, depth_mm, volume_id } = band;
     let height = rgba.len() as u32 / width;
     for packet in packets(width, height) {
-        if frame.layers.iter().all(|layer| is_empty(layer.spans.at(packet.x0, y0))) {
+        if frame.layers.iter().all(|layer| is_empty(layer.skip.spans.at(packet.x0, y0))) {
             continue;
         }
         let pixels = packet.pixels(simd, y0);
@@ -251,10 +251,7 @@ fn gather<S: Simd>(simd: S, packet: &Packet, pixels: &Pixels<S>, view: &View<'_,
         );
         transparent::ENOUGH
     } else if let Integrator::Steps { jitter, .. } = scene.integrator {
-        let length = frame.step_mm / view.mm_per_depth;
-        // Without jitter in the middle of the first step.
-        let start = if jitter { pixels.noise(simd) } else { Floats::splat(simd, 0.5) };
-        let mut steps = Steps { length, first: start * length, next: Floats::splat(simd, 0.0) };
+        let mut steps = Steps::begin(simd, view, jitter);
         march(
             simd,
             frame,
@@ -297,7 +294,7 @@ fn draw_band<S: Simd>(simd: S, frame: &Frame, scene: &Scene, band: Band<'_>) {
         let pixels = packet.pixels(simd, y0);
         hits.clear();
         for layer in &frame.layers {
-            hits.extend(trace(simd, frame, scene, layer, layer.spans.at(packet.x0, y0), &pixels, &hits));
+            hits.extend(trace(simd, frame, scene, layer, layer.skip.spans.at(packet.x0, y0), &pixels, &hits));
         }
         let first = nearest(simd, &hits, Floats::splat(simd, 0.0));
         if !first.found.any_true() {
@@ -306,7 +303,7 @@ fn draw_band<S: Simd>(simd: S, frame: &Frame, scene: &Scene, band: Band<'_>) {
         let view = View::of(simd, frame, scene, &pixels);
         let mut color = light(simd, &view, &first);
         paint_faces(simd, frame, scene, &hits, &first, &mut color);
-        if scene.mode.gather() == Gather::FirstOfEach {
+        if frame.overlays {
             let second = nearest(simd, &hits, first.id);
             let mut behind = light(simd, &view, &second);
             paint_faces(simd, frame, scene, &hits, &second, &mut behind);

@@ -58,28 +58,10 @@ pub(super) struct Pixels<S: Simd> {
 }
 
 impl<S: Simd> Pixels<S> {
-    /// A number from 0 to 1 for each that looks like chance.
-    #[inline(always)]
-    pub fn noise(&self, simd: S) -> Floats<S> {
-        let (x, y) = (self.x.to_floats().to_array(), self.y.to_floats().to_array());
-        Floats::load_array(simd, std::array::from_fn(|lane| noise_at(x[lane] as u32, y[lane] as u32)))
-    }
-
     /// What moves with the pixel, at each.
     #[inline(always)]
     pub fn at(&self, simd: S, of: &PixelAffine) -> [Doubles<S>; 3] {
         let splat = |v| Doubles::splat(simd, v);
         axes!(a => splat(of.base[a]) + self.x * splat(of.per_x[a]) + self.y * splat(of.per_y[a]))
     }
-}
-
-/// The factors and the sum of a permuted congruential generator (O'Neill 2014, PCG RXS M XS 32).
-pub(crate) const PCG: [u32; 3] = [747_796_405, 2_891_336_453, 277_803_737];
-
-/// A number from 0 to 1 that looks like chance, for each pixel the same in every frame (O'Neill 2014, PCG).
-fn noise_at(x: u32, y: u32) -> f32 {
-    let state = (y << 16 | x).wrapping_mul(PCG[0]).wrapping_add(PCG[1]);
-    let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(PCG[2]);
-    // 24 bits, which float32 holds.
-    ((word >> 22 ^ word) >> 8) as f32 / 16_777_216.0
 }

@@ -42,9 +42,9 @@ pub(super) fn paint_faces<S: Simd>(simd: S, frame: &Frame, scene: &Scene, hits: 
         // A plane's face is at the same depth in all of them.
         let there = hits.iter().filter(|h| h.is_face.test(lane) && (h.s[lane] == first.s[lane] || h.id[lane] == first.id[lane]));
         let cut: Vec<(f32, Vec3)> = there.map(|h| (h.brightness[lane], Vec3::from_array(axes!(a => h.color[a][lane])))).collect();
-        let layer = frame.layers.iter().find(|l| l.index + 1 == first.id[lane] as usize);
+        let layer = frame.layers.iter().find(|l| l.placement.index + 1 == first.id[lane] as usize);
         let own = match layer {
-            Some(layer) if !layer.face_colors.is_empty() => face_color_at(&layer.face_colors, first.brightness[lane]),
+            Some(layer) if !layer.appearance.face_colors.is_empty() => face_color_at(&layer.appearance.face_colors, first.brightness[lane]),
             _ => grey(first.brightness[lane]),
         };
         let painted = color_of_faces(scene.cut_face, own, &cut);

@@ -51,7 +51,7 @@ impl Rays<'_> {
             (field.level, field.sign) = (black_box(1.0), black_box(1.0));
         }
         for packet in packets(self.width, limits.len() as u32 / self.width) {
-            let [s_min, s_max] = self.layer.spans.at(packet.x0, y0);
+            let [s_min, s_max] = self.layer.skip.spans.at(packet.x0, y0);
             if s_min > s_max {
                 continue;
             }
@@ -79,7 +79,7 @@ pub fn split(level: Level, frame: &Frame, scene: &Scene, width: u32, height: u32
     let (mut walking_ms, mut fetched_ms, mut solved_ms) = (0.0, 0.0, 0.0);
     let mut limits = vec![f32::MAX; width as usize * height as usize];
     for layer in &frame.layers {
-        let samples = Source::of(&layer.surface);
+        let samples = Source::of(&layer.placement.surface);
         let (solved, depths) = Rays { level, layer, width, limits: &limits }.time(Some(scene.method()), samples);
         let known = Rays { level, layer, width, limits: &depths };
         // Fixed steps have no solver apart from what they fetch and interpolate.

@@ -28,11 +28,11 @@ pub(super) fn to_light<S: Simd>(simd: S, view: &View<'_, S>, layer: &FrameLayer,
     let (toward, start_mm) = (frame.toward_light.as_dvec3(), frame.shadow_start_mm);
     let seen = world_line_of(simd, frame, pixels).at(s);
     let in_world = Line { origin: axes!(a => seen[a] + splat(start_mm * toward[a])), direction: axes!(a => splat(toward[a])) };
-    let kept = kept(simd, &layer.surface.region, &in_world);
-    let to_light = layer.to_light;
+    let kept = kept(simd, &layer.placement.surface.region, &in_world);
+    let to_light = layer.placement.to_light;
     let seen = line_of(simd, layer, pixels).at(s);
     let lines = Line { origin: axes!(a => seen[a] + splat(start_mm * to_light[a])), direction: axes!(a => splat(to_light[a])) };
-    let s_max = until_light(simd, &layer.light_spans, &axes!(a => seen[a].to_floats()), asked).min(kept.end);
+    let s_max = until_light(simd, &layer.skip.light_spans, &axes!(a => seen[a].to_floats()), asked).min(kept.end);
     ToLight { lines, kept, s_max }
 }
 

@@ -33,9 +33,9 @@ pub(super) fn trace<S: Simd>(
     }
     let field = Field::of(layer);
     let lines = line_of(simd, layer, pixels);
-    let kept = kept(simd, &layer.surface.region, &world_line_of(simd, frame, pixels));
+    let kept = kept(simd, &layer.placement.surface.region, &world_line_of(simd, frame, pixels));
     let splat = |v| Floats::splat(simd, v);
-    let id = splat((layer.index + 1) as f32);
+    let id = splat((layer.placement.index + 1) as f32);
     let face = face_of(simd, scene, layer, &field, &lines, &kept, pixels.inside);
     let mut s_far = splat(s_max).min(kept.end);
     if frame.only_nearest {
@@ -54,8 +54,8 @@ pub(super) fn trace<S: Simd>(
         found: found.found | face.is,
         s: face.is.select(kept.begin, found.s),
         normal,
-        color: axes!(a => splat(layer.color[a])),
-        opacity: splat(layer.opacity),
+        color: axes!(a => splat(layer.appearance.color[a])),
+        opacity: splat(layer.appearance.opacity),
         id,
         is_face: face.is,
         brightness: face.brightness(layer),

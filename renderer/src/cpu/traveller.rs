@@ -2,6 +2,7 @@
 //!
 //! The twin of `shaders/traveller.wgsl`.
 
+use super::brick::FAR;
 use super::cells::CellPass;
 use super::cuts::Kept;
 use super::gradient::{Around, gradient};
@@ -45,6 +46,31 @@ pub(super) struct Stretch<S: Simd> {
     pub of: Mask<S>,
 }
 
+impl<S: Simd> Stretch<S> {
+    /// The next one of the rays of `of`, which have come to `here`.
+    ///
+    /// ```text
+    ///   volume A  ├──────cell──────┤
+    ///   volume B         ├───────cell───────┤
+    ///             ├ one ─┼─ next ──┼─ third ┤     each begins where the last one ends, or the nearest cell begins
+    /// ```
+    #[inline(always)]
+    pub fn of(simd: S, travellers: &[Traveller<'_, S>], here: Floats<S>, of: Mask<S>) -> Self {
+        let far = Floats::splat(simd, FAR);
+        let (mut from, mut to) = (far, far);
+        for t in travellers {
+            from = t.has.select(from.min(t.cell.s[0]), from);
+        }
+        let from = from.max(here);
+        for t in travellers {
+            // A cell that is still ahead ends the stretch where it begins.
+            let end = t.cell.s[0].simd_gt(from).select(t.cell.s[0], t.cell.s[1]);
+            to = t.has.select(to.min(end), to);
+        }
+        Self { from, to, of }
+    }
+}
+
 impl<S: Simd> Traveller<'_, S> {
     /// Goes on to the next cell where there is none at hand.
     #[inline(always)]
@@ -58,7 +84,7 @@ impl<S: Simd> Traveller<'_, S> {
         if arrived.any_true() {
             let new = cell.until(self.s_max);
             self.cell.take(&new, arrived);
-            if self.layer.needs_cubic {
+            if self.layer.appearance.needs_cubic {
                 let cubic = bernstein(&new.f, &new.start, &new.end);
                 self.cubic = std::array::from_fn(
                     #[inline(always)]

@@ -25,9 +25,16 @@ pub(crate) struct Field<'a> {
 impl<'a> Field<'a> {
     /// Of a layer of a picture.
     pub fn of(layer: &'a FrameLayer) -> Self {
-        let source = Source::of(&layer.surface);
-        let dims = layer.surface.grid.dims().map(|n| n as i32);
-        Self { source, dims, map: &layer.map, masks: &layer.masks, level: layer.level, sign: layer.surface.sign }
+        let source = Source::of(&layer.placement.surface);
+        let dims = layer.placement.surface.grid.dims().map(|n| n as i32);
+        Self {
+            source,
+            dims,
+            map: &layer.skip.map,
+            masks: &layer.skip.masks,
+            level: layer.placement.level,
+            sign: layer.placement.surface.sign,
+        }
     }
 
     /// Corner values of cells relative to the level, positive inside; corner x + 2y + 4z is at (x, y, z).
@@ -42,7 +49,7 @@ impl<'a> Field<'a> {
 /// The lines of a packet through a layer.
 #[inline(always)]
 pub(super) fn line_of<S: Simd>(simd: S, layer: &FrameLayer, pixels: &Pixels<S>) -> Line<S> {
-    Line { origin: pixels.at(simd, &layer.rays.origin), direction: pixels.at(simd, &layer.rays.direction) }
+    Line { origin: pixels.at(simd, &layer.placement.rays.origin), direction: pixels.at(simd, &layer.placement.rays.direction) }
 }
 
 /// The lines of a packet in the world.
@@ -58,7 +65,7 @@ pub(super) fn toward_viewer<S: Simd>(simd: S, layer: &FrameLayer, index: &Vecs<S
     // Both sides of a surface are lit: the smooth normal may turn away where the surface does not.
     let away = dot(index, direction).simd_gt(zero);
     let index = axes!(a => away.select(-index[a], index[a]));
-    let m = &layer.normal_to_world;
+    let m = &layer.placement.normal_to_world;
     let world = axes!(a => m.x_axis[a] * index[0] + m.y_axis[a] * index[1] + m.z_axis[a] * index[2]);
     let length = dot(&world, &world).sqrt();
     let known = length.simd_gt(zero);

@@ -82,8 +82,13 @@ impl<'a> Field<'a> {
         (Walk { rays, at: InBrick::nowhere(simd), place: Place::nowhere(simd) }, walking)
     }
 
-    /// Takes the rays of `seeking` to the next place where something must be solved, be it bricks away, and says which of them get to one;
-    /// the others have left the box, or what is asked for. `in_brick` says which of some rays within bricks have arrived.
+    /// (rays, which of them seek) → which have arrived: each at its next place where something must be solved. What seeks and does not arrive
+    /// has left the box, or what is asked for. `in_brick`: (rays, which are within bricks) → which of these have arrived.
+    ///
+    /// ```text
+    ///   distance 3       2     1    0 (may hold the surface)
+    ///   s ───────────────►─────►───►┌─►─►─►┐     leaps over empty bricks, then steps from cell to cell
+    /// ```
     #[inline(always)]
     pub fn arrive<S: Simd>(
         &self,

@@ -1,9 +1,9 @@
 //! The numbers that both languages know, written for the shaders from Rust's own: each stands, with its reason, where the CPU uses it.
 
 use super::blocks::BLOCK_PIXELS;
-use super::upload::MASKS_ACROSS;
-use crate::cpu::{brick, dvr, dvr_exact, dvr_steps, faces, gauss, let_through, light, packets, project, segments};
-use crate::frame::FACE_COLORS;
+use super::layout::{MASKS_ACROSS, UNFINISHED};
+use crate::appearance::FACE_COLORS;
+use crate::cpu::{brick, dvr, dvr_exact, dvr_steps, faces, gauss, let_through, light, project, segments};
 use crate::roots::{analytic, cubic, spline};
 use crate::scene::{CutFace, srgb};
 use crate::skip::WORDS;
@@ -28,7 +28,7 @@ constants! {
     FAR = brick::FAR;
     ON_FACE_VOXEL = faces::ON_FACE_VOXEL;
     FACE_COLORS = FACE_COLORS as u32;
-    UNFINISHED = super::march::UNFINISHED;
+    UNFINISHED = UNFINISHED;
     NO_ROOT = analytic::NO_ROOT;
     MAX_STEPS = cubic::MAX_STEPS;
     STEP_TOLERANCE = cubic::STEP_TOLERANCE;
@@ -51,7 +51,7 @@ constants! {
     LEAST = dvr_exact::LEAST;
     THIN = dvr_exact::THIN;
     DARK = let_through::DARK;
-    PCG = packets::PCG;
+    PCG = dvr_steps::PCG;
     BLEND = CutFace::Blend as u32;
     TRANSFER = CutFace::Transfer as u32;
     FIRST_IS_MORE = light::FIRST_IS_MORE;

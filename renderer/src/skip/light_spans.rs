@@ -8,6 +8,12 @@ use bregma_field::{BRICK, Grid};
 use glam::{DAffine3, DMat3, DVec3};
 
 /// A surface as the light sees it, in blocks of half a brick's size.
+///
+/// ```text
+///   light ☼ ──near──►┌──┐
+///          ───near──────────►┌──┐   depth: a shadow ray from p is followed toward the light as far as depth(p) − near
+///          ──────────────────────►  a block without cells: near is enormous
+/// ```
 #[derive(Debug, Default)]
 pub(crate) struct LightSpans {
     /// Blocks across and down.
