@@ -1,4 +1,4 @@
-// The interpolant along a ray through a cell, piece by piece: between where it turns, and where it passes one of some ascending levels.
+// The interpolant along a ray through a cell, interval by interval: between where it turns, and where it passes one of some ascending levels.
 // The twin of renderer/src/cpu/intervals.rs, which says why each step is as it is.
 
 #import volume, cubic
@@ -12,7 +12,7 @@ fn count_levels(v: f32) -> i32 {
     return count;
 }
 
-// The next end of a piece of the cubic b on the way from u to u_end, where `above` levels lie at or below the value at u.
+// The next end of an interval of the cubic b on the way from u to u_end, where `above` levels lie at or below the value at u.
 fn next_end(b: vec4<f32>, u: f32, u_end: f32, above: i32) -> Next {
     let turns = turning_points(b);
     let turn = select(select(1.0, turns.y, turns.y > u), turns.x, turns.x > u);
@@ -31,7 +31,7 @@ fn next_end(b: vec4<f32>, u: f32, u_end: f32, above: i32) -> Next {
     return Next(refine(g, u, g_low, end, cubic_value(g, end)), true, rises);
 }
 
-// The next end of a piece: where, whether a level is passed there, and whether values rise.
+// The next end of an interval: where, whether a level is passed there, and whether values rise.
 struct Next {
     u: f32,
     passes: bool,
@@ -47,7 +47,7 @@ fn paint_at(n: i32) -> vec4<f32> {
     return extras[params.levels.first + 2u * u32(n) + 1u];
 }
 
-// What lies, at value v in the piece of number `above`, between what belongs to the levels on either side of it.
+// What lies, at value v in the interval of number `above`, between what belongs to the levels on either side of it.
 fn paint_between(above: i32, v: f32) -> vec4<f32> {
     let low = max(above - 1, 0);
     let high = min(above, i32(params.levels.count) - 1);

@@ -53,7 +53,8 @@ struct TraceParams {
     // Cuts.
     cuts: Part,
 
-    // Appearance, in the modes that go on behind a surface: the levels, the table of steps, the gradients with a factor, and the colours of faces.
+    // Appearance, in the modes that go on behind a surface: the levels, the table of steps, the gradients with a factor, and the colours of
+    // faces.
     levels: Part,
     table: Part,
     gradients: Part,
@@ -72,7 +73,8 @@ struct TraceParams {
 }
 
 @group(0) @binding(TRACE_PARAMS) var<storage, read> trace_params: array<TraceParams, VOLUMES>;
-// Cuts, two records each; levels, two each; the table of steps; gradients; colours of faces: what cuts.wgsl, intervals.wgsl, dvr.wgsl, dvr_steps.wgsl and faces.wgsl say.
+// Cuts, two records each; levels, two each; the table of steps; gradients; colours of faces: what cuts.wgsl, intervals.wgsl, dvr_steps.wgsl,
+// dvr.wgsl and faces.wgsl say.
 @group(0) @binding(EXTRAS) var<storage, read> extras: array<vec4<f32>>;
 
 // The number of the volume at hand, and its parameters, read once: llvmpipe reads a uniform for all invocations at once only where all of them

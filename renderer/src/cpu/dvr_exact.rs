@@ -1,4 +1,4 @@
-//! Direct volume rendering as the integral along a stretch, piece by piece.
+//! Direct volume rendering as the integral along a stretch, interval by interval.
 //!
 //! The twin of `shaders/dvr_exact.wgsl`.
 
@@ -19,7 +19,7 @@ pub(crate) const ENOUGH: f32 = 0.9999;
 /// Of a depth: what float32 tells apart there, twice over.
 pub(crate) const LEAST: f32 = 2.4e-7;
 
-/// A piece is halved until its optical depth is at most this: then four nodes leave an error below 1e-6.
+/// An interval is halved until its optical depth is at most this: then four nodes leave an error below 1e-6.
 pub(crate) const THIN: f32 = 0.5;
 
 /// Gathers the integral along a stretch; says which rays need no more.
@@ -42,14 +42,14 @@ pub(super) fn gather<S: Simd>(
         if !here.any_true() {
             return full;
         }
-        // The piece ends where the first of the volumes comes to the end of one of its own.
+        // The interval ends where the first of the volumes comes to the end of one of its own.
         let mut end = stretch.to;
         let mut ends = Vec::with_capacity(travellers.len());
         for t in travellers.iter() {
             let of = t.covers(stretch) & here;
             let ahead = next_end(simd, &t.cubic, &t.layer.appearance.levels, t.share_at(s), t.share_at(stretch.to), t.above, of);
             let at = t.cell.s[0] + ahead.u * (t.cell.s[1] - t.cell.s[0]);
-            // s < at ≤ stretch.to, unless a level is passed right at s: where rounding leaves a piece no length, the next one's is added, and
+            // s < at ≤ stretch.to, unless a level is passed right at s: where rounding leaves an interval no length, the next one's is added, and
             // the level is passed where that one starts. Where no more ends in the cell it is exactly the stretch's end.
             let at = ahead.passes.select(at, at.max(s + s.abs() * LEAST));
             let at = (ahead.passes | ahead.u.simd_lt(t.share_at(stretch.to))).select(at, stretch.to).min(stretch.to);
@@ -61,7 +61,7 @@ pub(super) fn gather<S: Simd>(
         let mut halving = here;
         let (mut sent, mut depth, mut id);
         loop {
-            (sent, depth, id) = piece(simd, view, travellers, stretch, [s, end], here);
+            (sent, depth, id) = interval(simd, view, travellers, stretch, [s, end], here);
             halving &= depth.simd_gt(THIN) & (0.5 * (s + end)).simd_gt(s);
             if !halving.any_true() {
                 break;
@@ -79,9 +79,9 @@ pub(super) fn gather<S: Simd>(
     }
 }
 
-/// Light that comes out of the front of pieces, their optical depths, and the volumes that keep most.
+/// Light that comes out of the front of intervals, their optical depths, and the volumes that keep most.
 #[inline(always)]
-fn piece<S: Simd>(
+fn interval<S: Simd>(
     simd: S,
     view: &View<'_, S>,
     travellers: &mut [Traveller<'_, S>],

@@ -1,9 +1,9 @@
-//! The interpolant along a ray through a cell, piece by piece: between where it turns, and where it passes one of some ascending levels.
-//! How many of these lie at or below the value says which piece it is in; that number is carried along, so that rounding never makes a
+//! The interpolant along a ray through a cell, interval by interval: between where it turns, and where it passes one of some ascending levels.
+//! How many of these lie at or below the value says which interval it is in; that number is carried along, so that rounding never makes a
 //! crossing of none, or none of a crossing.
 //!
 //! ```text
-//!   level 1 ─────────────●──turn───●────────     ● where a piece ends: at a level, or where the cubic turns
+//!   level 1 ─────────────●──turn───●────────     ● where an interval ends: at a level, or where the cubic turns
 //!   level 0 ────●───────────────────────●───
 //!   above     0 │   1    │     2    │ 1 │ 0
 //! ```
@@ -16,7 +16,7 @@ use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 use glam::Vec4;
 
-/// The next end of a piece.
+/// The next end of an interval.
 #[derive(Clone, Copy)]
 pub(super) struct Next<S: Simd> {
     /// Where, in [0, 1] of the way through the cell.
@@ -38,7 +38,7 @@ pub(super) fn count_levels<S: Simd>(simd: S, levels: &[f32], v: Floats<S>) -> In
     )
 }
 
-/// The next end of a piece of cubics with the Bernstein coefficients `b` on the way from u to u_end, where `above` levels lie at or below the
+/// The next end of an interval of cubics with the Bernstein coefficients `b` on the way from u to u_end, where `above` levels lie at or below the
 /// value at u.
 #[inline(always)]
 pub(super) fn next_end<S: Simd>(
@@ -52,12 +52,12 @@ pub(super) fn next_end<S: Simd>(
 ) -> Next<S> {
     simd.vectorize(
         #[inline(always)]
-        || end_of_piece(simd, b, levels, u, u_end, above, of),
+        || end_of_interval(simd, b, levels, u, u_end, above, of),
     )
 }
 
 #[inline(always)]
-fn end_of_piece<S: Simd>(
+fn end_of_interval<S: Simd>(
     simd: S,
     b: &[Floats<S>; 4],
     levels: &[f32],
@@ -111,7 +111,7 @@ pub(super) fn paint_at<S: Simd>(simd: S, paints: &[Vec4], number: Ints<S>, of: M
     )
 }
 
-/// What lies, at value `v` in the piece of number `above`, between what belongs to the levels on either side of it.
+/// What lies, at value `v` in the interval of number `above`, between what belongs to the levels on either side of it.
 #[inline(always)]
 pub(super) fn paint_between<S: Simd>(
     simd: S,
