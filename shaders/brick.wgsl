@@ -1,5 +1,5 @@
 // Range bricks, and a ray's way into one.
-// The twin of the same things in renderer/src/cpu/walk.rs, which says why each step is as it is.
+// The twin of renderer/src/cpu/brick.rs, which says why each step is as it is.
 
 #import constants, line, volume
 

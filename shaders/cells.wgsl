@@ -55,7 +55,7 @@ fn advance(pace: Pace, at: InBrick, place: ptr<function, Place>) -> bool {
 }
 
 // A ray on its way through a cell.
-struct Crossing {
+struct CellPass {
     // By its lowest sample.
     cell: vec3<i32>,
     // Corner values.
@@ -70,7 +70,7 @@ struct Crossing {
 }
 
 // The way through the cell at hand, which is read and left for the next.
-fn cross_cell(pace: Pace, at: InBrick, place: ptr<function, Place>) -> Crossing {
+fn cross_cell(pace: Pace, at: InBrick, place: ptr<function, Place>) -> CellPass {
     let cell = (*place).cell;
     let t = (*place).t;
     let entry = (*place).entry;
@@ -85,11 +85,11 @@ fn cross_cell(pace: Pace, at: InBrick, place: ptr<function, Place>) -> Crossing 
     *place = Place(next, exit.t, exit.axis, has_left(at, next, exit.t));
     // Where the line begins is the same number for all volumes: cuts of several meet there.
     let s = vec2<f32>(select(at.s + t, at.begin, is_first && !any(at.entry)), at.s + exit.t);
-    return Crossing(at.corner + cell, lower, upper, p - vec3<f32>(cell), q - vec3<f32>(cell), s, is_first);
+    return CellPass(at.corner + cell, lower, upper, p - vec3<f32>(cell), q - vec3<f32>(cell), s, is_first);
 }
 
 // Ends where nothing more is asked for.
-fn until(whole: Crossing, s_max: f32) -> Crossing {
+fn until(whole: CellPass, s_max: f32) -> CellPass {
     var way = whole;
     if way.s.y > s_max {
         let u = max((s_max - way.s.x) / (way.s.y - way.s.x), 0.0);

@@ -2,6 +2,6 @@
 
 #import cells, solver
 
-fn entry_in(way: Crossing) -> f32 {
+fn entry_in(way: CellPass) -> f32 {
     return first_entry(way.lower, way.upper, way.start, way.end);
 }

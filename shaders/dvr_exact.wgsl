@@ -1,10 +1,10 @@
-// Direct volume rendering as the integral along a stretch, piece by piece.
-// The twin of `gather_exactly` in renderer/src/cpu/dvr.rs, which says why each step is as it is.
+// Direct volume rendering as the integral along a stretch, interval by interval.
+// The twin of renderer/src/cpu/dvr_exact.rs, which says why each step is as it is.
 
-#import constants, volume, traveller, pieces, cubic, ray, light, dvr
+#import constants, volume, traveller, intervals, cubic, ray, light, dvr
 #each count_above, find_end, add_own, pass_end
 
-// Of each volume the next end of a piece.
+// Of each volume the next end of an interval.
 struct End {
     s: f32,
     passes: bool,
@@ -12,9 +12,9 @@ struct End {
 }
 
 var<private> ends: array<End, VOLUMES>;
-// The piece at hand of all of them.
-var<private> piece_from: f32;
-var<private> piece_to: f32;
+// The interval at hand of all of them.
+var<private> interval_from: f32;
+var<private> interval_to: f32;
 // What all volumes show in it: for each node the extinction, and the light that is sent; and the volume that shows most.
 var<private> extinction: vec4<f32>;
 var<private> sent_at: array<vec3<f32>, 4>;
@@ -27,23 +27,23 @@ fn integrate(enough: f32) {
     each_count_above();
     var s = ray.from_s;
     while s < ray.to_s && ray.gathered.w < enough {
-        piece_from = s;
-        piece_to = ray.to_s;
+        interval_from = s;
+        interval_to = ray.to_s;
         each_find_end();
-        piece_to = max(piece_to, s);
-        let whole = piece_to;
+        interval_to = max(interval_to, s);
+        let whole = interval_to;
         var sent: vec3<f32>;
         var depth: f32;
         loop {
-            let length_mm = (piece_to - s) * ray.mm_per_depth;
+            let length_mm = (interval_to - s) * ray.mm_per_depth;
             extinction = vec4<f32>(0.0);
             sent_at = array<vec3<f32>, 4>(vec3<f32>(0.0), vec3<f32>(0.0), vec3<f32>(0.0), vec3<f32>(0.0));
             most_extinction = 0.0;
             most_id = 0u;
             each_add_own();
             depth = dot(extinction, GAUSS_WEIGHTS) * length_mm;
-            if depth > THIN && 0.5 * (s + piece_to) > s {
-                piece_to = 0.5 * (s + piece_to);
+            if depth > THIN && 0.5 * (s + interval_to) > s {
+                interval_to = 0.5 * (s + interval_to);
                 continue;
             }
             let until_node = (GAUSS_UNTIL * extinction) * length_mm;
@@ -53,11 +53,11 @@ fn integrate(enough: f32) {
             }
             break;
         }
-        add(sent, 1.0 - exp(-depth), piece_to, most_id);
-        if piece_to == whole {
+        add(sent, 1.0 - exp(-depth), interval_to, most_id);
+        if interval_to == whole {
             each_pass_end();
         }
-        s = piece_to;
+        s = interval_to;
     }
 }
 
@@ -76,7 +76,7 @@ fn find_end(v: u32) {
     }
     turn_to(v);
     let t = travellers[v];
-    let s = piece_from;
+    let s = interval_from;
     let u_end = share_at(t.way, ray.to_s);
     let ahead = next_end(t.cubic, share_at(t.way, s), u_end, t.above);
     if ahead.passes || ahead.u < u_end {
@@ -85,7 +85,7 @@ fn find_end(v: u32) {
     }
     ends[v].passes = ahead.passes;
     ends[v].rises = ahead.rises;
-    piece_to = min(piece_to, ends[v].s);
+    interval_to = min(interval_to, ends[v].s);
 }
 
 fn add_own(v: u32) {
@@ -96,7 +96,7 @@ fn add_own(v: u32) {
     let t = travellers[v];
     var all = 0.0;
     for (var node = 0u; node < 4u; node++) {
-        let s = piece_from + (piece_to - piece_from) * GAUSS_NODES[node];
+        let s = interval_from + (interval_to - interval_from) * GAUSS_NODES[node];
         let u = share_at(t.way, s);
         let paint = paint_between(t.above, cubic_value(t.cubic, u));
         if paint.w > 0.0 {
@@ -117,7 +117,7 @@ fn add_own(v: u32) {
 }
 
 fn pass_end(v: u32) {
-    if ends[v].passes && ends[v].s <= piece_to {
+    if ends[v].passes && ends[v].s <= interval_to {
         travellers[v].above += select(-1, 1, ends[v].rises);
     }
 }

@@ -1,7 +1,7 @@
 // Direct volume rendering at points that lie evenly apart.
-// The twin of `gather_steps` in renderer/src/cpu/dvr.rs.
+// The twin of renderer/src/cpu/dvr_steps.rs.
 
-#import constants, volume, traveller, pieces, ray, light, dvr
+#import constants, volume, traveller, ray, light, dvr
 #each add_own
 
 // The depth between two points, the first one's, and the number of the next.
@@ -15,7 +15,7 @@ var<private> steps: Steps;
 
 // What all volumes show at one point: light that is sent, the share of that from behind that is let through, and the sum of the opacities;
 // and the first volume that shows anything.
-struct Point {
+struct Sum {
     s: f32,
     sent: vec3<f32>,
     clear: f32,
@@ -23,7 +23,7 @@ struct Point {
     id: u32,
 }
 
-var<private> at_point: Point;
+var<private> at_point: Sum;
 
 fn begin_integral() {
     let depth = shading.step_mm / ray.mm_per_depth;
@@ -44,7 +44,7 @@ fn integrate(enough: f32) {
         if s >= ray.to_s {
             break;
         }
-        at_point = Point(s, vec3<f32>(0.0), 1.0, 0.0, 0u);
+        at_point = Sum(s, vec3<f32>(0.0), 1.0, 0.0, 0u);
         each_add_own();
         if at_point.weight > 0.0 {
             // Of several volumes at one place each shows by its share of the opacity.
@@ -73,4 +73,10 @@ fn add_own(v: u32) {
         at_point.weight += paint.w;
         at_point.id = select(at_point.id, params.id, at_point.id == 0u);
     }
+}
+
+// Linear colour, and opacity of a step, of a value.
+fn looked_up(v: f32) -> vec4<f32> {
+    let n = clamp(i32(floor(v * params.table_per_unit + 0.5)), 0, i32(params.table.count) - 1);
+    return extras[params.table.first + u32(n)];
 }

@@ -1,8 +1,9 @@
-// The gradient of the trilinear interpolant of corner values, in index space.
-// The twin of `gradient` in renderer/src/cpu/project.rs.
+// Gradients of the interpolant in index space: its own, and a smooth one.
+// The twin of renderer/src/cpu/gradient.rs.
 
 #import volume, interpolant, samples
 
+// Of the trilinear interpolant of corner values.
 fn gradient(lower: vec4<f32>, upper: vec4<f32>, p: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(
         blend(blend(lower.y - lower.x, lower.w - lower.z, p.y), blend(upper.y - upper.x, upper.w - upper.z, p.y), p.z),

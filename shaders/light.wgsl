@@ -1,5 +1,5 @@
 // Phong's reflection in linear light, and what becomes of colours on their way.
-// The twin of renderer/src/cpu/shade.rs.
+// The twin of renderer/src/cpu/light.rs.
 
 #import constants
 

@@ -1,5 +1,5 @@
 // A pixel's ray in index space as pairs of float32, since a GPU has no float64: the value is hi + lo.
-// The twin of `Line` in renderer/src/cpu/walk.rs and `PixelAffine` in renderer/src/camera.rs.
+// The twin of renderer/src/cpu/line.rs; `PixelAffine` is that of renderer/src/camera.rs.
 //
 // Every product that must be exact is of factors short enough to be so, and is therefore the same whether or not a driver
 // fuses it with the sum that follows.

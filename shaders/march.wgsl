@@ -1,6 +1,6 @@
-// Rays through all volumes at once, from cell to cell of any of them. What is done along the way is `integrate` of shells.wgsl, dvr_steps.wgsl
+// Rays through all volumes at once, from cell to cell of any of them. What is done along the way is `integrate` of transparent.wgsl, dvr_steps.wgsl
 // or dvr_exact.wgsl. `each_` and the name of a function is that function for one volume after the other.
-// The twin of `march` in renderer/src/cpu/march.rs.
+// The twin of renderer/src/cpu/march.rs.
 
 #import constants, volume, blocks, walk, cuts, faces, traveller, ray, light, integrate
 #each find_face, set_out, go_on_to_cell, reach, leave, add_own_face

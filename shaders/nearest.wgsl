@@ -1,4 +1,5 @@
 // Which of a pixel's hits, one of each pass, are drawn.
+// The twin of renderer/src/cpu/nearest.rs.
 
 #import constants, hits
 

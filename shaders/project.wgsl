@@ -49,7 +49,7 @@ fn project(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
 }
 
 // The largest or the mean of the values in a cell; a largest that is not above a known one may be any that is not.
-fn of_values(way: Crossing, known: f32, is_known: bool) -> f32 {
+fn of_values(way: CellPass, known: f32, is_known: bool) -> f32 {
     let b = bernstein(way.lower, way.upper, way.start, way.end);
     if !IS_MAX {
         return (b.x + b.y + b.z + b.w) * 0.25;
@@ -63,7 +63,7 @@ fn of_values(way: Crossing, known: f32, is_known: bool) -> f32 {
 }
 
 // The largest or the mean of the gradient's magnitude in a cell, in sample units per mm.
-fn of_gradient(way: Crossing) -> f32 {
+fn of_gradient(way: CellPass) -> f32 {
     if !IS_MAX {
         let at = vec4<f32>(magnitude(way, GAUSS_NODES.x), magnitude(way, GAUSS_NODES.y), magnitude(way, GAUSS_NODES.z), magnitude(way, GAUSS_NODES.w));
         return dot(at, GAUSS_WEIGHTS);
@@ -86,6 +86,6 @@ fn of_gradient(way: Crossing) -> f32 {
     return largest;
 }
 
-fn magnitude(way: Crossing, u: f32) -> f32 {
+fn magnitude(way: CellPass, u: f32) -> f32 {
     return length(params.gradient_to_world * gradient(way.lower, way.upper, way.start * (1.0 - u) + way.end * u));
 }

@@ -1,5 +1,5 @@
 // A pixel's ray in the world, and what it has gathered on its way.
-// The twin of `View` and `Gathered` in renderer/src/cpu.
+// The twin of renderer/src/cpu/ray.rs, where its two halves are `View` and `Gathered`.
 
 #import constants, light, traveller
 

@@ -1,5 +1,5 @@
 // The samples of the volume at hand, relative to its level and positive inside.
-// The twin of renderer/src/cpu/fetch.rs.
+// The twin of renderer/src/cpu/samples.rs.
 
 #import volume
 

@@ -5,8 +5,6 @@
 
 // For each pixel FIRST_IS_DARK and SECOND_IS_DARK.
 @group(0) @binding(SHADOWS) var<storage, read_write> shadows: array<u32>;
-// Depth at which each block's nearest brick begins, as the light sees it, row by row.
-@group(0) @binding(LIGHT_SPANS) var<storage, read> light_spans: array<f32>;
 
 // Whether bone of this volume lies between what a pixel draws and the light.
 @compute @workgroup_size(BLOCK_PIXELS)
@@ -36,11 +34,4 @@ fn shadow(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_ind
         bit = SECOND_IS_DARK;
     }
     shadows[index] = dark;
-}
-
-// How far from a point in index space toward the light a surface can lie, mm.
-fn until_light(p: vec3<f32>) -> f32 {
-    let seen = params.to_light_spans * p + params.light_spans_origin;
-    let block = vec2<u32>(clamp(vec2<i32>(floor(seen.xy)), vec2<i32>(0), vec2<i32>(params.light_blocks) - 1));
-    return seen.z - light_spans[block.y * params.light_blocks.x + block.x];
 }

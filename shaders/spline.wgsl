@@ -62,7 +62,7 @@ fn sum(a: Plane, b: Plane) -> Plane {
 }
 
 // Bernstein coefficients of the spline along the way.
-fn spline_along(way: Crossing) -> Bernstein {
+fn spline_along(way: CellPass) -> Bernstein {
     let along_x = weights_along(way.start.x, way.end.x);
     let along_y = weights_along(way.start.y, way.end.y);
     let along_z = weights_along(way.start.z, way.end.z);
@@ -150,7 +150,7 @@ fn most(b: Bernstein) -> f32 {
 }
 
 // The first u in [0, 1] where the spline enters the inside on a ray's way through a cell; negative when it stays outside.
-fn entry_in(way: Crossing) -> f32 {
+fn entry_in(way: CellPass) -> f32 {
     let b = spline_along(way);
     if !inside(most(b)) {
         return -1.0;

@@ -1,7 +1,7 @@
 // Lines toward the light.
-// The twin of `to_light` in renderer/src/cpu/shadows.rs.
+// The twin of renderer/src/cpu/to_light.rs.
 
-#import line, volume, cuts
+#import constants, line, volume, cuts
 
 // A line from what a pixel shows toward the light, and what cuts leave of it.
 struct ToLight {
@@ -18,4 +18,14 @@ fn to_light(line: Line, world_line: Line, s: f32) -> ToLight {
         Line(two_sum(seen.hi, seen.lo + params.shadow_start * params.to_light.hi), params.to_light),
         kept(Line(start_mm, Double(params.toward_light, vec3<f32>(0.0)))),
     );
+}
+
+// Depth at which each block's nearest brick begins, as the light sees it, row by row.
+@group(0) @binding(LIGHT_SPANS) var<storage, read> light_spans: array<f32>;
+
+// How far from a point in index space toward the light a surface can lie, mm.
+fn until_light(p: vec3<f32>) -> f32 {
+    let seen = params.to_light_spans * p + params.light_spans_origin;
+    let block = vec2<u32>(clamp(vec2<i32>(floor(seen.xy)), vec2<i32>(0), vec2<i32>(params.light_blocks) - 1));
+    return seen.z - light_spans[block.y * params.light_blocks.x + block.x];
 }

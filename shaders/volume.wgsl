@@ -1,5 +1,5 @@
 // The volumes that a pass goes through: where their rays are, and what they look like. One of them is at hand at a time.
-// The twin of `FrameLayer` in renderer/src/frame.rs.
+// The twin of renderer/src/cpu/volume.rs; `TraceParams` is what it needs of a `FrameLayer` of renderer/src/frame.rs.
 
 #import constants, line, blocks, volumes
 
@@ -10,64 +10,71 @@ struct Part {
 }
 
 struct TraceParams {
-    origin: PixelAffine,
-    direction: PixelAffine,
-    // The same rays in the world.
+    // The picture's rays in the world.
     world_origin: PixelAffine,
     world_direction: PixelAffine,
-    // Index-space normals to the world.
-    normal_to_world: mat3x3<f32>,
-    dims: vec3<i32>,
-    level: f32,
-    bricks: vec3<i32>,
-    sign: f32,
-    // Number of the pass, from 0; hits of pass l start at l · stride.
+    // Toward the light, unit, in the world; and how far before a surface its shadow rays begin, mm.
+    toward_light: vec3<f32>,
+    shadow_start: f32,
+    // Number of the pass, from 0, and of how many; hits of pass l start at l · stride.
     pass_number: u32,
+    passes: u32,
     stride: u32,
     // 1 where only the nearest hit of all passes is drawn.
     only_nearest: u32,
     // Always 0; see line.wgsl.
     zero: u32,
+    // 1 where the interpolant's own gradient shades.
+    analytic_normals: u32,
+    // Its number among the volumes that are drawn, from 0; and in the scene, from 1.
+    number: u32,
+    id: u32,
+
+    // Placement: the pixel rays in the volume's index space.
+    origin: PixelAffine,
+    direction: PixelAffine,
+    dims: vec3<i32>,
+    level: f32,
     // Change in index space per mm toward the light.
     to_light: Double,
-    // The same direction in the world, unit.
-    toward_light: vec3<f32>,
-    // How far before a surface its shadow rays begin, mm.
-    shadow_start: f32,
+    // Index-space normals to the world.
+    normal_to_world: mat3x3<f32>,
+    // Gradients in index space to the world, in sample units per mm.
+    gradient_to_world: mat3x3<f32>,
+
+    // Skip: range bricks along each side. The sign turns bone's side of the level to be positive.
+    bricks: vec3<i32>,
+    sign: f32,
     // From index space to the column, the row and the depth of what the light sees.
     to_light_spans: mat3x3<f32>,
     light_spans_origin: vec3<f32>,
-    passes: u32,
     // Blocks across and down that the light sees.
     light_blocks: vec2<u32>,
-    // Cuts; and in the modes that go on behind a surface the levels, the table of steps, the gradients with a factor, and the colours of faces.
+    // Cuts.
     cuts: Part,
+
+    // Appearance, in the modes that go on behind a surface: the levels, the table of steps, the gradients with a factor, and the colours of
+    // faces.
     levels: Part,
     table: Part,
     gradients: Part,
     face_colors: Part,
+    // What turns a value into a brightness: a factor, and what is added.
+    brightness: vec2<f32>,
     // Entries of the table for a sample unit.
     table_per_unit: f32,
-    // 1 where the interpolant's own gradient shades.
-    analytic_normals: u32,
-    // 1-based number in the scene.
-    id: u32,
-    // 1 where surfaces have another colour from within.
-    has_inner: u32,
-    // 1 where cuts show values where there is no bone, too; and what turns a value into a brightness there: a factor, and what is added.
+    // 1 where cuts show values where there is no bone, too.
     shows_faces: u32,
-    // Its number among the volumes that are drawn, from 0.
-    number: u32,
-    brightness: vec2<f32>,
+    // Linear colour of surfaces from within; 1 where they have one.
     inner: vec3<f32>,
+    has_inner: u32,
     // Linear colour.
     color: vec3<f32>,
-    // Gradients in index space to the world, in sample units per mm.
-    gradient_to_world: mat3x3<f32>,
 }
 
 @group(0) @binding(TRACE_PARAMS) var<storage, read> trace_params: array<TraceParams, VOLUMES>;
-// Cuts, two records each; levels, two each; the table of steps; gradients; colours of faces: what cuts.wgsl, pieces.wgsl and faces.wgsl say.
+// Cuts, two records each; levels, two each; the table of steps; gradients; colours of faces: what cuts.wgsl, intervals.wgsl, dvr_steps.wgsl,
+// dvr.wgsl and faces.wgsl say.
 @group(0) @binding(EXTRAS) var<storage, read> extras: array<vec4<f32>>;
 
 // The number of the volume at hand, and its parameters, read once: llvmpipe reads a uniform for all invocations at once only where all of them

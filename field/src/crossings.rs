@@ -171,26 +171,11 @@ fn walk(surface: &Surface, ray: &Ray, visit: &mut dyn FnMut(Crossing) -> Control
     let [t_first, t_last] = span.t_mm;
     let off = position_error(surface, ray, t_last);
     let entry = snapped(&line, t_first, span.faces[0], cells);
-    // The cell that the ray is in just behind its entry.
-    let mut cell = USizeVec3::ZERO;
-    for a in 0..3 {
-        let at_face = entry[a].fract() == 0.0 && line.direction[a] < 0.0 && entry[a] > 0.0;
-        cell[a] = (entry[a] as usize - usize::from(at_face)).min(cells[a] - 1);
-    }
+    let mut cell = first_cell(&line, entry, cells);
     let (mut t, mut p) = (t_first, entry);
     let (mut was_inside, mut is_first) = (false, true);
     loop {
-        let (mut t_out, mut axis) = (t_last, None);
-        for a in 0..3 {
-            let d = line.direction[a];
-            if d != 0.0 {
-                let face = (cell[a] + usize::from(d > 0.0)) as f64;
-                let t_face = (face - line.origin[a]) / d;
-                if t_face < t_out {
-                    (t_out, axis) = (t_face.max(t), Some(a));
-                }
-            }
-        }
+        let (t_out, axis) = exit_of(&line, cell, t, t_last);
         let mut q = line.origin + t_out * line.direction;
         if let Some(a) = axis {
             q[a] = (cell[a] + usize::from(line.direction[a] > 0.0)) as f64;
@@ -201,32 +186,9 @@ fn walk(surface: &Surface, ray: &Ray, visit: &mut dyn FnMut(Crossing) -> Control
         let f = corners(surface, cell);
         let sides = f.iter().filter(|&&v| v >= 0.0).count();
         let mut stop = false;
-        let mut found = |u: f64, kind: Kind, width: f64, cut: Option<Cut>| {
-            let local = p.lerp(q, u) - cell.as_dvec3();
-            let g = gradient(&f, local);
-            let to_world = surface.grid.world_to_index().matrix3.transpose();
-            let outward = match cut {
-                None => to_world * -g,
-                Some(Cut::Face(Face::OfBox(a, side))) => to_world * (DVec3::AXES[a] * side),
-                Some(Cut::Face(Face::OfCut(normal))) => normal,
-                Some(Cut::Origin) => -ray.direction,
-            };
-            let t_mm = t + u * (t_out - t);
-            // Where a face is met moves with the position.
-            let moved = if let Some(Cut::Face(Face::OfBox(a, _))) = cut { off / line.direction[a].abs() } else { 0.0 };
-            let crossing = Crossing {
-                t_mm,
-                kind,
-                error_mm: width * (t_out - t) + moved + ROUNDING * t_mm.abs(),
-                cell,
-                point: IndexPoint(cell.as_dvec3() + local),
-                normal: outward.try_normalize().unwrap_or(-ray.direction),
-                slope_per_mm: if cut.is_some() { 0.0 } else { g.dot(line.direction) * f64::from(surface.sign) },
-                clipped: matches!(cut, Some(Cut::Face(..))),
-                at_origin: matches!(cut, Some(Cut::Origin)),
-            };
-            stop = stop || visit(crossing).is_break();
-        };
+        let pass = CellPass { surface, ray, line: &line, off, cell, t: [t, t_out], p: [p, q], f: &f };
+        let mut found =
+            |u: f64, kind: Kind, width: f64, cut: Option<Cut>| stop = stop || visit(pass.crossing(u, kind, width, cut)).is_break();
         if !(sides == 0 && !was_inside || sides == 8 && was_inside) {
             let b = bernstein(&f, p - cell.as_dvec3(), q - cell.as_dvec3());
             // Rounding of an interpolated value, and of a cubic's at u, is together below 16 units of the largest corner, and a step along
@@ -253,6 +215,74 @@ fn walk(surface: &Surface, ray: &Ray, visit: &mut dyn FnMut(Crossing) -> Control
         let Some((a, ahead)) = next.filter(|_| !stop) else { return };
         cell[a] = ahead;
         (t, p) = (t_out, q);
+    }
+}
+
+/// The cell that a ray is in just behind its entry into the box.
+fn first_cell(line: &IndexLine, entry: DVec3, cells: USizeVec3) -> USizeVec3 {
+    let mut cell = USizeVec3::ZERO;
+    for a in 0..3 {
+        let at_face = entry[a].fract() == 0.0 && line.direction[a] < 0.0 && entry[a] > 0.0;
+        cell[a] = (entry[a] as usize - usize::from(at_face)).min(cells[a] - 1);
+    }
+    cell
+}
+
+/// Where a ray that is in a cell at `t` leaves it, and across which axis; none where that is the end of its way at `t_last`.
+fn exit_of(line: &IndexLine, cell: USizeVec3, t: f64, t_last: f64) -> (f64, Option<usize>) {
+    let (mut t_out, mut axis) = (t_last, None);
+    for a in 0..3 {
+        let d = line.direction[a];
+        if d != 0.0 {
+            let face = (cell[a] + usize::from(d > 0.0)) as f64;
+            let t_face = (face - line.origin[a]) / d;
+            if t_face < t_out {
+                (t_out, axis) = (t_face.max(t), Some(a));
+            }
+        }
+    }
+    (t_out, axis)
+}
+
+/// A ray's way through a cell: t and the position at its entry and at its exit.
+struct CellPass<'a> {
+    surface: &'a Surface,
+    ray: &'a Ray,
+    line: &'a IndexLine,
+    off: f64,
+    cell: USizeVec3,
+    t: [f64; 2],
+    p: [DVec3; 2],
+    f: &'a [f64; 8],
+}
+
+impl CellPass<'_> {
+    /// What is crossed at u of the way, known to `width`.
+    fn crossing(&self, u: f64, kind: Kind, width: f64, cut: Option<Cut>) -> Crossing {
+        let Self { surface, ray, line, off, cell, t: [t, t_out], p: [p, q], f } = *self;
+        let local = p.lerp(q, u) - cell.as_dvec3();
+        let g = gradient(f, local);
+        let to_world = surface.grid.world_to_index().matrix3.transpose();
+        let outward = match cut {
+            None => to_world * -g,
+            Some(Cut::Face(Face::OfBox(a, side))) => to_world * (DVec3::AXES[a] * side),
+            Some(Cut::Face(Face::OfCut(normal))) => normal,
+            Some(Cut::Origin) => -ray.direction,
+        };
+        let t_mm = t + u * (t_out - t);
+        // Where a face is met moves with the position.
+        let moved = if let Some(Cut::Face(Face::OfBox(a, _))) = cut { off / line.direction[a].abs() } else { 0.0 };
+        Crossing {
+            t_mm,
+            kind,
+            error_mm: width * (t_out - t) + moved + ROUNDING * t_mm.abs(),
+            cell,
+            point: IndexPoint(cell.as_dvec3() + local),
+            normal: outward.try_normalize().unwrap_or(-ray.direction),
+            slope_per_mm: if cut.is_some() { 0.0 } else { g.dot(line.direction) * f64::from(surface.sign) },
+            clipped: matches!(cut, Some(Cut::Face(..))),
+            at_origin: matches!(cut, Some(Cut::Origin)),
+        }
     }
 }
 

@@ -73,8 +73,8 @@ fn in_pieces(row: &mut [f32], beside: &[f32], each: impl Fn(&mut f32, f32) + Syn
     }
 }
 
-/// For each sample the coefficient nearest to the inside, by `sign`, of those up to one sample away along each axis. The corners of a cell
-/// then have what is nearest to the inside of all that its spline is made of: where they are outside, so is the spline.
+/// (coefficients c) → (for each sample the largest sign·c within one sample along each axis, as c). A cell's spline is an average of
+/// the 4 × 4 × 4 coefficients around it, and each of these is next to a corner: where the hull is outside at all corners, so is the spline.
 pub fn hull(coefficients: &[f32], dims: [usize; 3], sign: f32) -> Vec<f32> {
     let [nx, ny, nz] = dims;
     let nearer = |a: f32, b: f32| if sign * b > sign * a { b } else { a };

@@ -4,20 +4,18 @@
 //! that both renderers are held to, and what measurements are taken from.
 
 pub mod accuracy;
+mod appearance;
 mod camera;
-mod cell_masks;
 mod cpu;
 mod frame;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod lanes;
-mod light_spans;
 mod modes;
 mod named;
-mod occupancy;
 mod roots;
 mod scene;
-mod spans;
+mod skip;
 pub mod stability;
 mod tone;
 mod transfer;
@@ -30,12 +28,12 @@ pub use fearless_simd::Level as InstructionSet;
 pub use gpu::{GpuError, GpuRenderer};
 pub use modes::{Gather, Mode, RayValue, Setting};
 pub use named::Named;
-pub use occupancy::DistanceMap;
 pub use roots::{PerVoxel, Solver, Steps};
 pub use scene::{
     BACKGROUND, Color, CutFace, Integrator, Layer, Light, MOST_VOLUMES, Normals, PER_VOXEL, Picture, Reconstruction, Scene, SceneError,
     Shell, Window,
 };
+pub use skip::DistanceMap;
 pub use transfer::{Control, GradientPoint, Point, TransferFunction, Values, classify};
 
 use bregma_field::{GridError, Volume};

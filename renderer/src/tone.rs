@@ -28,8 +28,8 @@ pub(crate) fn colored(frame: &Frame, scene: &Scene, of: RayValue, [width, height
         if value.is_nan() {
             return None;
         }
-        let (at, depth) = (if scene.of_gradient { 0.0 } else { layer.value_at_level }, f64::from(depth));
-        let value = f64::from(value) * layer.value_scale;
+        let (at, depth) = (if scene.of_gradient { 0.0 } else { layer.appearance.value_at_level }, f64::from(depth));
+        let value = f64::from(value) * layer.appearance.value_scale;
         let mm = frame.world_rays.direction.at(n as u32 % width, n as u32 / width).length();
         let length_mm = depth * mm;
         let value = match of {
@@ -37,7 +37,7 @@ pub(crate) fn colored(frame: &Frame, scene: &Scene, of: RayValue, [width, height
             RayValue::Mean => at + if depth > 0.0 { value / depth } else { 0.0 },
             RayValue::Integral => (value + at * depth) * mm,
         };
-        let air = if of == RayValue::Integral && !scene.of_gradient { layer.air } else { 0.0 };
+        let air = if of == RayValue::Integral && !scene.of_gradient { layer.appearance.air } else { 0.0 };
         Some(Value { value, length_mm, seen: value - air * length_mm })
     };
     let values_of = |n: usize| {
@@ -60,10 +60,10 @@ pub(crate) fn colored(frame: &Frame, scene: &Scene, of: RayValue, [width, height
         for (layer, value) in frame.layers.iter().zip(values_of(n)) {
             let Some(Value { seen: value, .. }) = value else { continue };
             if best.is_none_or(|b| value > b) {
-                (best, *id) = (Some(value), (layer.index + 1) as u8);
+                (best, *id) = (Some(value), (layer.placement.index + 1) as u8);
             }
             // One volume is grey; of several each has its colour, and they add up.
-            let tint = if count == 1 { [1.0; 3] } else { scene.layers[layer.index].color.0 };
+            let tint = if count == 1 { [1.0; 3] } else { scene.layers[layer.placement.index].color.0 };
             (0..3).for_each(|a| color[a] += tint[a] * brightness(value));
         }
         if best.is_some() {

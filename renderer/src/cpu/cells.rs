@@ -2,7 +2,8 @@
 //!
 //! The twin of `shaders/cells.wgsl`.
 
-use super::walk::{FAR, Field, Hits, InBrick, Met, Pace, Walk, least};
+use super::brick::{FAR, Hit, InBrick, Met, Pace, least};
+use super::volume::Field;
 use crate::lanes::{Floats, Ints, Mask, Vecs, axes, lerp};
 use crate::roots::{self, Entry, Method, spline};
 use fearless_simd::Simd;
@@ -80,8 +81,15 @@ pub(super) fn advance<S: Simd>(simd: S, field: &Field<'_>, pace: &Pace<S>, at: &
 }
 
 /// Rays on their way through cells.
+///
+/// ```text
+///   s[0] ┌────────────┐
+///   ──►start          │     start and end in [0, 1]³ of the cell, on its faces; between them the interpolant is a cubic of u
+///        │ u       end──►   u = 0 at start, 1 at end
+///        └────────────┘ s[1]
+/// ```
 #[derive(Clone, Copy)]
-pub(crate) struct Crossing<S: Simd> {
+pub(crate) struct CellPass<S: Simd> {
     /// The cells, by their lowest samples.
     pub cell: [Ints<S>; 3],
     /// Corner values relative to the level, positive inside; corner x + 2y + 4z is at (x, y, z).
@@ -95,7 +103,7 @@ pub(crate) struct Crossing<S: Simd> {
     pub is_first: Mask<S>,
 }
 
-impl<S: Simd> Crossing<S> {
+impl<S: Simd> CellPass<S> {
     #[inline(always)]
     pub fn nowhere(simd: S) -> Self {
         let zero = Floats::splat(simd, 0.0);
@@ -132,14 +140,14 @@ impl<S: Simd> Crossing<S> {
 
 /// The way of the rays of `of` through the cells that they are in, each read and left for the next.
 #[inline(always)]
-pub(super) fn cross<S: Simd>(
+pub(super) fn cross_cell<S: Simd>(
     simd: S,
     field: &Field<'_>,
     pace: &Pace<S>,
     at: &InBrick<S>,
     place: &mut Place<S>,
     of: Mask<S>,
-) -> Crossing<S> {
+) -> CellPass<S> {
     let (t_exit, axis) = exit_of(pace, at, place);
     let (corner, cell, t) = (at.corner(), place.cell, place.t);
     let corner = axes!(a => corner[a] + cell[a].to_int::<Ints<S>>());
@@ -158,26 +166,7 @@ pub(super) fn cross<S: Simd>(
     place.step(pace, t_exit, &axis, of);
     // Where the line begins is the same number for all volumes: cuts of several meet there.
     let begins = is_first & !(at.entry[0] | at.entry[1] | at.entry[2]);
-    Crossing { cell: corner, f, start, end, s: [begins.select(at.begin, at.s + t), at.s + t_exit], is_first }
-}
-
-/// Takes the rays of `seeking` through the next cells that can hold something: which of them come to one, and their ways through it.
-#[inline(always)]
-pub(super) fn next_cell<S: Simd>(simd: S, field: &Field<'_>, walk: &mut Walk<'_, S>, seeking: Mask<S>) -> (Mask<S>, Crossing<S>) {
-    // Compiled by itself and called, from each mode.
-    simd.vectorize(
-        #[inline(always)]
-        || {
-            let arrived = field.arrive(
-                simd,
-                walk,
-                seeking,
-                #[inline(always)]
-                |walk, within| advance(simd, field, &walk.rays.pace, &walk.at, &mut walk.place, within),
-            );
-            (arrived, cross(simd, field, &walk.rays.pace, &walk.at, &mut walk.place, arrived))
-        },
-    )
+    CellPass { cell: corner, f, start, end, s: [begins.select(at.begin, at.s + t), at.s + t_exit], is_first }
 }
 
 /// The first entries within the cells of the rays of `of`; where there is none, the place is the next cell.
@@ -190,9 +179,9 @@ pub(super) fn solve<S: Simd>(
     at: &InBrick<S>,
     place: &mut Place<S>,
     of: Mask<S>,
-) -> Hits<S> {
+) -> Hit<S> {
     let t = place.t;
-    let Crossing { cell, f, start, end, is_first, .. } = cross(simd, field, pace, at, place, of);
+    let CellPass { cell, f, start, end, is_first, .. } = cross_cell(simd, field, pace, at, place, of);
     let Entry { found, u } = match method {
         Some(Method::Solver(solver)) => roots::first_entry(simd, solver, &f, &start, &end, of),
         Some(Method::Spline) => {
@@ -207,7 +196,7 @@ pub(super) fn solve<S: Simd>(
     let met = if at_entry.any_true() { field.met_at_entry(simd, pace, at).only(at_entry) } else { Met::isosurface(simd) };
     // The place is behind the cell now.
     let s = met.start.select(at.begin, at.s + t + u * (place.t - t));
-    Hits { found, s, cell, local: lerp(&start, &end, u), met }
+    Hit { found, s, cell, local: lerp(&start, &end, u), met }
 }
 
 /// A coordinate of where rays are at t, on the face of a cell across an axis.

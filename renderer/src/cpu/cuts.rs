@@ -2,7 +2,8 @@
 //!
 //! The twin of `shaders/cuts.wgsl`.
 
-use super::walk::{FAR, Lines};
+use super::brick::FAR;
+use super::line::Line;
 use crate::lanes::{Doubles, Floats, Mask, Vecs, axes};
 use bregma_field::Region;
 use bregma_field::clip::Half;
@@ -10,6 +11,11 @@ use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
 /// The part of rays that cuts leave.
+///
+/// ```text
+///   eye ──────┊cut away┊▓▓▓▓▓ kept ▓▓▓▓▓┊cut away┊──►
+///           s = 0    begin             end            is_cut: begin > 0
+/// ```
 #[derive(Clone, Copy)]
 pub(super) struct Kept<S: Simd> {
     /// Where it begins, and where it ends; the first is the larger where nothing is left.
@@ -23,7 +29,7 @@ pub(super) struct Kept<S: Simd> {
 
 /// What `region` leaves of `lines` of the world from s = 0 on.
 #[inline(always)]
-pub(super) fn kept<S: Simd>(simd: S, region: &Region, lines: &Lines<S>) -> Kept<S> {
+pub(super) fn kept<S: Simd>(simd: S, region: &Region, lines: &Line<S>) -> Kept<S> {
     let zero = Floats::splat(simd, 0.0);
     let all = Kept { begin: zero, end: Floats::splat(simd, FAR), is_cut: Mask::splat(simd, false), normal: [zero; 3] };
     if region.is_all() {
@@ -36,11 +42,11 @@ pub(super) fn kept<S: Simd>(simd: S, region: &Region, lines: &Lines<S>) -> Kept<
 }
 
 #[inline(always)]
-fn kept_of<S: Simd>(simd: S, mut kept: Kept<S>, region: &Region, lines: &Lines<S>) -> Kept<S> {
+fn kept_of<S: Simd>(simd: S, mut kept: Kept<S>, region: &Region, lines: &Line<S>) -> Kept<S> {
     let splat = |v| Floats::splat(simd, v);
     let zero = splat(0.0);
     for half in &region.halves {
-        let (room, rate) = along(simd, half, lines);
+        let (room, rate) = along_cut(simd, half, lines);
         let s = -room / rate;
         let (enters, leaves) = (rate.simd_lt(zero), rate.simd_gt(zero));
         let normal = half.normal.as_vec3();
@@ -50,7 +56,7 @@ fn kept_of<S: Simd>(simd: S, mut kept: Kept<S>, region: &Region, lines: &Lines<S
         kept.end = (rate.simd_eq(zero) & room.simd_gt(zero)).select(splat(-FAR), kept.end);
     }
     for tube in &region.tubes {
-        let [(x, x_rate), (y, y_rate)] = [along(simd, &tube.across[0], lines), along(simd, &tube.across[1], lines)];
+        let [(x, x_rate), (y, y_rate)] = [along_cut(simd, &tube.across[0], lines), along_cut(simd, &tube.across[1], lines)];
         let radius = tube.radius_mm as f32;
         let a = x_rate * x_rate + y_rate * y_rate;
         let b = x * x_rate + y * y_rate;
@@ -72,7 +78,7 @@ fn kept_of<S: Simd>(simd: S, mut kept: Kept<S>, region: &Region, lines: &Lines<S
 
 /// How far beyond a plane lines begin, and by how much farther they get with s.
 #[inline(always)]
-fn along<S: Simd>(simd: S, half: &Half, lines: &Lines<S>) -> (Floats<S>, Floats<S>) {
+fn along_cut<S: Simd>(simd: S, half: &Half, lines: &Line<S>) -> (Floats<S>, Floats<S>) {
     let [x, y, z] = axes!(a => Doubles::splat(simd, half.normal[a]));
     let (o, d) = (&lines.origin, &lines.direction);
     let room = o[0] * x + o[1] * y + o[2] * z - Doubles::splat(simd, half.offset_mm);

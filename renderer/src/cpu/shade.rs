@@ -1,141 +1,54 @@
-//! From hits to colours: Phong's reflection (Phong 1975) in linear light, and the overlay of two skulls.
+//! From hits to colours, and the faces of cuts among them.
 //!
 //! The twin of `shaders/shade.wgsl`.
 
-use crate::lanes::{Floats, LANES, Mask, Vecs, axes, dot, numbers};
-use crate::scene::{Color, CutFace, Light};
+use super::faces::face_color_at;
+use super::light::{color_of_faces, grey, known_normal};
+use super::nearest::Drawn;
+use super::ray::View;
+use super::shadows::shadowed;
+use crate::frame::Frame;
+use crate::lanes::{Floats, Vecs, axes, dot, numbers};
+use crate::scene::Scene;
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 
-/// What is drawn of one layer, or the nearest of several.
-#[derive(Clone, Copy)]
-pub(super) struct Drawn<S: Simd> {
-    /// In which lanes there is anything.
-    pub found: Mask<S>,
-    /// Depth behind the base plane, mm; the nearest is drawn first.
-    pub s: Floats<S>,
-    /// In the world, toward the viewer, unit; zero where there is none.
-    pub normal: Vecs<S>,
-    /// Linear colour.
-    pub color: Vecs<S>,
-    /// Opacity where the mode draws it transparent.
-    pub opacity: Floats<S>,
-    /// 1-based layer.
-    pub id: Floats<S>,
-    /// Where it is the face of a cut that shows values; these as brightness, not yet kept between 0 and 1.
-    pub is_face: Mask<S>,
-    pub brightness: Floats<S>,
-}
-
-/// The nearest of each lane, leaving out that of the layer of number `skip`; of equal ones the first layer's.
+/// The colours of what is drawn, where there is anything.
 #[inline(always)]
-pub(super) fn nearest<S: Simd>(simd: S, hits: &[Drawn<S>], skip: Floats<S>) -> Drawn<S> {
-    let zero = Floats::splat(simd, 0.0);
-    let mut best = Drawn {
-        found: Mask::splat(simd, false),
-        s: zero,
-        normal: [zero; 3],
-        color: [zero; 3],
-        opacity: zero,
-        id: zero,
-        is_face: Mask::splat(simd, false),
-        brightness: zero,
-    };
-    for hit in hits {
-        let nearer = hit.found & hit.id.simd_ne(skip) & (!best.found | hit.s.simd_lt(best.s));
-        best.found |= nearer;
-        best.s = nearer.select(hit.s, best.s);
-        best.normal = axes!(a => nearer.select(hit.normal[a], best.normal[a]));
-        best.color = axes!(a => nearer.select(hit.color[a], best.color[a]));
-        best.opacity = nearer.select(hit.opacity, best.opacity);
-        best.id = nearer.select(hit.id, best.id);
-        best.is_face = (best.is_face & !nearer) | (hit.is_face & nearer);
-        best.brightness = nearer.select(hit.brightness, best.brightness);
-    }
-    best
-}
-
-/// The light of a brightness, kept between 0 and 1.
-pub(super) fn grey(brightness: f32) -> Vec3 {
-    Color([brightness.clamp(0.0, 1.0); 3]).linear()
-}
-
-/// What lies in a table of colours at a brightness.
-pub(super) fn color_in(colors: &[Vec4], brightness: f32) -> Vec3 {
-    let place = brightness.clamp(0.0, 1.0) * (colors.len() - 1) as f32;
-    let first = (place as usize).min(colors.len() - 2);
-    colors[first].lerp(colors[first + 1], place - first as f32).truncate()
-}
-
-/// The linear colour of the face of a cut that shows values, of the brightnesses of the volumes that it cuts there, with their colours; `own`
-/// where it shows only those of the nearest.
-pub(super) fn face_color(how: CutFace, own: Vec3, cut: &[(f32, Vec3)]) -> Vec3 {
-    match (how, cut) {
-        (CutFace::Blend, [_, _, ..]) => cut.iter().map(|(b, color)| *color * grey(*b)).sum::<Vec3>().min(Vec3::ONE),
-        (CutFace::Difference, [(a, _), (b, _), ..]) => {
-            let difference = (a - b).clamp(-1.0, 1.0);
-            let end = if difference > 0.0 { FIRST_IS_MORE } else { SECOND_IS_MORE };
-            Color(std::array::from_fn(|n| EQUAL[n] + (end[n] - EQUAL[n]) * difference.abs())).linear()
+pub(super) fn light<S: Simd>(simd: S, view: &View<'_, S>, drawn: &Drawn<S>) -> Vecs<S> {
+    let (zero, one) = (Floats::splat(simd, 0.0), Floats::splat(simd, 1.0));
+    let mut share = one;
+    if view.scene.shadows {
+        let normal = known_normal(&drawn.normal, &view.direction);
+        let toward = axes!(a => Floats::splat(simd, view.frame.toward_light[a]));
+        let lit = drawn.found & !drawn.is_face & dot(&normal, &toward).simd_gt(zero);
+        if lit.any_true() {
+            share = shadowed(simd, view, drawn.s, lit).select(zero, one);
         }
-        _ => own,
     }
+    view.lit(simd, &drawn.color, &drawn.normal, share, drawn.s)
 }
 
-/// The ends and the middle of the diverging map RdBu (Brewer 2003), sRGB.
-pub(crate) const FIRST_IS_MORE: [f32; 3] = [0.698, 0.094, 0.169];
-pub(crate) const SECOND_IS_MORE: [f32; 3] = [0.129, 0.400, 0.674];
-pub(crate) const EQUAL: [f32; 3] = [0.969, 0.969, 0.969];
-
-/// The linear colours of surfaces of `color` (linear) with a `normal` toward the viewer, seen along `view` and lit from `toward`, all unit
-/// vectors in the world, by a `share` of the light.
+/// Paints the faces of cuts among what is drawn first: with the values of all volumes that are cut there.
 #[inline(always)]
-pub(super) fn phong<S: Simd>(
-    simd: S,
-    light: &Light,
-    color: &Vecs<S>,
-    normal: &Vecs<S>,
-    view: &Vecs<S>,
-    toward: &Vecs<S>,
-    share: Floats<S>,
-) -> Vecs<S> {
-    let zero = Floats::splat(simd, 0.0);
-    let cosine = dot(normal, toward);
-    let lambert = cosine.max(zero) * share;
-    let mirrored = axes!(a => 2.0 * cosine * normal[a] - toward[a]);
-    let reflected = (-dot(&mirrored, view)).max(zero);
-    let shines = lambert.simd_gt(zero) & reflected.simd_gt(zero);
-    let highlight = light.specular * share * shines.select(power(simd, reflected, light.shininess, shines), zero);
-    axes!(a => color[a] * (light.ambient + light.diffuse * lambert) + highlight)
-}
-
-/// Numbers to the power of `exponent`, in the lanes of `of`.
-#[inline(always)]
-fn power<S: Simd>(simd: S, base: Floats<S>, exponent: f32, of: Mask<S>) -> Floats<S> {
-    if exponent.fract() == 0.0 && (0.0..=MOST_MULTIPLIED).contains(&exponent) {
-        // By squares, for all lanes at once.
-        let (mut rest, mut square, mut product) = (exponent as u32, base, Floats::splat(simd, 1.0));
-        while rest > 0 {
-            if rest & 1 == 1 {
-                product *= square;
-            }
-            square *= square;
-            rest >>= 1;
-        }
-        return product;
+pub(super) fn paint_faces<S: Simd>(simd: S, frame: &Frame, scene: &Scene, hits: &[Drawn<S>], first: &Drawn<S>, color: &mut Vecs<S>) {
+    let faces = first.found & first.is_face;
+    if !faces.any_true() {
+        return;
     }
-    let (base, mut power) = (base.to_array(), [0.0; LANES]);
-    numbers(of).for_each(|lane| power[lane] = base[lane].powf(exponent));
-    Floats::load_array(simd, power)
-}
-
-/// Up to here multiplying is faster, and less than 1e-4 off.
-const MOST_MULTIPLIED: f32 = 1024.0;
-
-/// A premultiplied linear colour over the background, as sRGB bytes with straight alpha.
-pub(super) fn encode(color: Vec4, background: Vec4) -> [u8; 4] {
-    let c = color + background * (1.0 - color.w);
-    let straight = if c.w > 0.0 { c.truncate() / c.w } else { Vec3::ZERO };
-    let [r, g, b] = straight.to_array().map(fast_srgb8::f32_to_srgb8);
-    [r, g, b, (c.w.clamp(0.0, 1.0) * 255.0).round() as u8]
+    let mut lanes = color.map(|c| c.to_array());
+    for lane in numbers(faces) {
+        // A plane's face is at the same depth in all of them.
+        let there = hits.iter().filter(|h| h.is_face.test(lane) && (h.s[lane] == first.s[lane] || h.id[lane] == first.id[lane]));
+        let cut: Vec<(f32, Vec3)> = there.map(|h| (h.brightness[lane], Vec3::from_array(axes!(a => h.color[a][lane])))).collect();
+        let layer = frame.layers.iter().find(|l| l.placement.index + 1 == first.id[lane] as usize);
+        let own = match layer {
+            Some(layer) if !layer.appearance.face_colors.is_empty() => face_color_at(&layer.appearance.face_colors, first.brightness[lane]),
+            _ => grey(first.brightness[lane]),
+        };
+        let painted = color_of_faces(scene.cut_face, own, &cut);
+        (0..3).for_each(|a| lanes[a][lane] = painted[a]);
+    }
+    *color = lanes.map(|c| Floats::load_array(simd, c));
 }

@@ -2,14 +2,16 @@
 //!
 //! The twin of `gpu/split.rs`.
 
-use super::fetch::Source;
-use super::walk::{Field, Lines, Part};
-use super::{draw, field_of, packets};
+use super::draw;
+use super::line::Part;
+use super::packets::packets;
+use super::samples::Source;
+use super::volume::{Field, line_of};
 use crate::frame::{Frame, FrameLayer};
 use crate::lanes::{Floats, LANES, numbers};
 use crate::roots::Method;
 use crate::scene::Scene;
-use crate::spans::BLOCK;
+use crate::skip::BLOCK;
 use crate::{RenderError, SPLIT_ROUNDS, Split};
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch};
@@ -43,13 +45,13 @@ impl Rays<'_> {
 
     #[inline(always)]
     fn walk<S: Simd>(&self, simd: S, method: Option<Method>, source: Source<'_>, y0: u32, limits: &[f32], depths: &mut [f32]) {
-        let mut field = Field { source, ..field_of(self.layer) };
+        let mut field = Field { source, ..Field::of(self.layer) };
         if let Source::Nothing = source {
             // Where nothing is fetched nothing is inside, which the compiler cannot know.
             (field.level, field.sign) = (black_box(1.0), black_box(1.0));
         }
         for packet in packets(self.width, limits.len() as u32 / self.width) {
-            let [s_min, s_max] = self.layer.spans.at(packet.x0, y0);
+            let [s_min, s_max] = self.layer.skip.spans.at(packet.x0, y0);
             if s_min > s_max {
                 continue;
             }
@@ -57,8 +59,7 @@ impl Rays<'_> {
             let mut limit = [0.0; LANES];
             numbers(pixels.inside).for_each(|lane| limit[lane] = limits[packet.index(lane, self.width)]);
             let limit = Floats::load_array(simd, limit);
-            let rays = &self.layer.rays;
-            let lines = Lines { origin: pixels.at(simd, &rays.origin), direction: pixels.at(simd, &rays.direction) };
+            let lines = line_of(simd, self.layer, &pixels);
             let part = Part { begin: Floats::splat(simd, 0.0), s_min: Floats::splat(simd, s_min), s_max: limit.min(s_max) };
             let hits = field.first_hits(simd, method, &lines, &part, pixels.inside);
             let depth = hits.found.select(hits.s, limit);
@@ -78,7 +79,7 @@ pub fn split(level: Level, frame: &Frame, scene: &Scene, width: u32, height: u32
     let (mut walking_ms, mut fetched_ms, mut solved_ms) = (0.0, 0.0, 0.0);
     let mut limits = vec![f32::MAX; width as usize * height as usize];
     for layer in &frame.layers {
-        let samples = Source::of(&layer.surface);
+        let samples = Source::of(&layer.placement.surface);
         let (solved, depths) = Rays { level, layer, width, limits: &limits }.time(Some(scene.method()), samples);
         let known = Rays { level, layer, width, limits: &depths };
         // Fixed steps have no solver apart from what they fetch and interpolate.

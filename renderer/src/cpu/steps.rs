@@ -3,7 +3,8 @@
 //!
 //! The twin of `shaders/steps.wgsl`.
 
-use super::walk::{Field, Hits, InBrick, Met, Pace};
+use super::brick::{Hit, InBrick, Met, Pace};
+use super::volume::Field;
 use crate::lanes::{Floats, Ints, Mask, Vecs, axes, dot, lerp};
 use crate::roots::{inside, trilinear};
 use fearless_simd::Simd;
@@ -11,7 +12,7 @@ use fearless_simd::prelude::*;
 
 /// The first entries of the rays of `of` into the bone within bricks, as far as samples see them.
 #[inline(always)]
-pub(super) fn walk<S: Simd>(simd: S, field: &Field<'_>, per_voxel: u32, pace: &Pace<S>, at: &InBrick<S>, of: Mask<S>) -> Hits<S> {
+pub(super) fn walk<S: Simd>(simd: S, field: &Field<'_>, per_voxel: u32, pace: &Pace<S>, at: &InBrick<S>, of: Mask<S>) -> Hit<S> {
     let step = 1.0 / (per_voxel as f32 * dot(&pace.direction, &pace.direction).sqrt());
     // The last sample before the brick, but not before the box or the line's start, where the first sample is taken.
     let n = ((at.s + at.t) / step).floor();
@@ -21,7 +22,7 @@ pub(super) fn walk<S: Simd>(simd: S, field: &Field<'_>, per_voxel: u32, pace: &P
     let mut t0 = at_entry.select(at.t, begin);
     let mut p0 = axes!(a => at_entry.select(at.p[a], at.origin[a] + t0 * pace.direction[a]));
     let mut f0 = value(simd, field, &at.corner(), &p0, of);
-    let mut hits = Hits::none(simd);
+    let mut hits = Hit::none(simd);
     let begun = of & inside(f0);
     hits.add(&hit(field, at, t0, &p0, begun, met.only(begun)));
     let mut walking = of & !begun;
@@ -61,7 +62,7 @@ fn value<S: Simd>(simd: S, field: &Field<'_>, corner: &[Ints<S>; 3], p: &Vecs<S>
 }
 
 #[inline(always)]
-fn hit<S: Simd>(field: &Field<'_>, at: &InBrick<S>, t: Floats<S>, p: &Vecs<S>, found: Mask<S>, met: Met<S>) -> Hits<S> {
+fn hit<S: Simd>(field: &Field<'_>, at: &InBrick<S>, t: Floats<S>, p: &Vecs<S>, found: Mask<S>, met: Met<S>) -> Hit<S> {
     let (cell, local) = cell_of(field, &at.corner(), p);
-    Hits { found, s: at.s + t, cell, local, met }
+    Hit { found, s: at.s + t, cell, local, met }
 }

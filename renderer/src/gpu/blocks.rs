@@ -4,7 +4,7 @@
 
 use super::layout::Block;
 use crate::frame::FrameLayer;
-use crate::spans::BLOCK;
+use crate::skip::BLOCK;
 
 /// Pixels of a block.
 pub(super) const BLOCK_PIXELS: usize = (BLOCK * BLOCK) as usize;
@@ -19,12 +19,12 @@ pub(super) fn pixel_in_block(n: u32) -> [u32; 2] {
 /// cost alike, be the surface at the top of the picture or at the bottom.
 pub(super) fn seen(layers: &[&FrameLayer]) -> Vec<[u32; 2]> {
     let Some(first) = layers.first() else { return vec![] };
-    let across = first.spans.across;
-    let mut rows: Vec<u32> = (0..first.spans.blocks.len() as u32 / across).collect();
+    let across = first.skip.spans.across;
+    let mut rows: Vec<u32> = (0..first.skip.spans.blocks.len() as u32 / across).collect();
     rows.sort_unstable_by_key(|row| row.reverse_bits());
     let is_seen = |&[x, y]: &[u32; 2]| {
         layers.iter().any(|l| {
-            let [near, far] = l.spans.at(x, y);
+            let [near, far] = l.skip.spans.at(x, y);
             near <= far
         })
     };
@@ -33,7 +33,7 @@ pub(super) fn seen(layers: &[&FrameLayer]) -> Vec<[u32; 2]> {
 
 /// For each of the blocks that begin at `pixels` what passes over each of `layers` read of it, side by side.
 pub(super) fn spans(layers: &[&FrameLayer], pixels: &[[u32; 2]]) -> Vec<Block> {
-    let of_all = |&pixel: &[u32; 2]| layers.iter().map(move |layer| Block { pixel, span: layer.spans.at(pixel[0], pixel[1]) });
+    let of_all = |&pixel: &[u32; 2]| layers.iter().map(move |layer| Block { pixel, span: layer.skip.spans.at(pixel[0], pixel[1]) });
     pixels.iter().flat_map(of_all).collect()
 }
 

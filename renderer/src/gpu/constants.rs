@@ -1,12 +1,12 @@
 //! The numbers that both languages know, written for the shaders from Rust's own: each stands, with its reason, where the CPU uses it.
 
 use super::blocks::BLOCK_PIXELS;
-use super::upload::MASKS_ACROSS;
-use crate::cell_masks::WORDS;
-use crate::cpu::{ON_FACE_VOXEL, PCG, dvr, gauss, project, segments, shade, shadows, walk};
-use crate::frame::FACE_COLORS;
+use super::layout::{MASKS_ACROSS, UNFINISHED};
+use crate::appearance::FACE_COLORS;
+use crate::cpu::{brick, dvr, dvr_exact, dvr_steps, faces, gauss, let_through, light, project, segments};
 use crate::roots::{analytic, cubic, spline};
 use crate::scene::{CutFace, srgb};
+use crate::skip::WORDS;
 use crate::stability::DECIDED_VOXEL;
 use bregma_field::BRICK;
 
@@ -24,11 +24,11 @@ constants! {
     BRICK = BRICK as i32;
     MASKS_ACROSS = MASKS_ACROSS as u32;
     WORDS = WORDS as u32;
-    STILL = walk::STILL;
-    FAR = walk::FAR;
-    ON_FACE_VOXEL = ON_FACE_VOXEL;
+    STILL = brick::STILL;
+    FAR = brick::FAR;
+    ON_FACE_VOXEL = faces::ON_FACE_VOXEL;
     FACE_COLORS = FACE_COLORS as u32;
-    UNFINISHED = super::march::UNFINISHED;
+    UNFINISHED = UNFINISHED;
     NO_ROOT = analytic::NO_ROOT;
     MAX_STEPS = cubic::MAX_STEPS;
     STEP_TOLERANCE = cubic::STEP_TOLERANCE;
@@ -47,16 +47,16 @@ constants! {
     GAUSS_WEIGHTS = gauss::WEIGHTS;
     GAUSS_UNTIL = Matrix(gauss::UNTIL);
     SEEN = dvr::SEEN;
-    CLEAREST = dvr::CLEAREST;
-    LEAST = dvr::LEAST;
-    THIN = dvr::THIN;
-    DARK = shadows::DARK;
-    PCG = PCG;
+    CLEAREST = dvr_steps::CLEAREST;
+    LEAST = dvr_exact::LEAST;
+    THIN = dvr_exact::THIN;
+    DARK = let_through::DARK;
+    PCG = dvr_steps::PCG;
     BLEND = CutFace::Blend as u32;
     TRANSFER = CutFace::Transfer as u32;
-    FIRST_IS_MORE = shade::FIRST_IS_MORE;
-    SECOND_IS_MORE = shade::SECOND_IS_MORE;
-    EQUAL = shade::EQUAL;
+    FIRST_IS_MORE = light::FIRST_IS_MORE;
+    SECOND_IS_MORE = light::SECOND_IS_MORE;
+    EQUAL = light::EQUAL;
     SRGB_SLOPE = srgb::SLOPE;
     SRGB_OFFSET = srgb::OFFSET;
     SRGB_SCALE = srgb::SCALE;

@@ -1,8 +1,14 @@
-//! The structs that Rust and WGSL share, byte for byte; a test compares every offset with the shaders'.
+//! The structs that Rust and WGSL share, byte for byte, and numbers about them; a test compares every offset with the shaders'.
 
 use crate::camera::PixelAffine;
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Mat3, Vec3};
+
+/// What a ray says that a driver has ended, see `shaders/march.wgsl`.
+pub(super) const UNFINISHED: u32 = 2;
+
+/// Masks in a row of their texture, whose width any adapter has: see `shaders/brick.wgsl`.
+pub(crate) const MASKS_ACROSS: usize = 512;
 
 /// `PixelAffine` of `shaders/line.wgsl`.
 #[repr(C)]
@@ -26,7 +32,7 @@ pub(super) struct Pair {
 
 impl Pair {
     pub fn new(v: DVec3) -> Self {
-        let (hi, lo) = split(v, |v| v as f32);
+        let (hi, lo) = hi_and_lo(v, |v| v as f32);
         Self { hi, lo }
     }
 }
@@ -43,41 +49,45 @@ pub(super) struct Part {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct TraceParams {
-    pub origin: PixelAffinePairs,
-    pub direction: PixelAffinePairs,
+    // The picture and the pass.
     pub world_origin: PixelAffinePairs,
     pub world_direction: PixelAffinePairs,
-    pub normal_to_world: [[f32; 4]; 3],
-    pub dims: [i32; 3],
-    pub level: f32,
-    pub bricks: [i32; 3],
-    pub sign: f32,
+    pub toward_light: [f32; 3],
+    pub shadow_start: f32,
     pub pass_number: u32,
+    pub passes: u32,
     pub stride: u32,
     pub only_nearest: u32,
     pub zero: u32,
+    pub analytic_normals: u32,
+    pub number: u32,
+    pub id: u32,
+    // Placement.
+    pub origin: PixelAffinePairs,
+    pub direction: PixelAffinePairs,
+    pub dims: [i32; 3],
+    pub level: f32,
     pub to_light: Pair,
-    pub toward_light: [f32; 3],
-    pub shadow_start: f32,
+    pub normal_to_world: [[f32; 4]; 3],
+    pub gradient_to_world: [[f32; 4]; 3],
+    // Skip.
+    pub bricks: [i32; 3],
+    pub sign: f32,
     pub to_light_spans: [[f32; 4]; 3],
-    pub light_spans_origin: [f32; 3],
-    pub passes: u32,
+    pub light_spans_origin: [f32; 4],
     pub light_blocks: [u32; 2],
     pub cuts: Part,
+    // Appearance.
     pub levels: Part,
     pub table: Part,
     pub gradients: Part,
     pub face_colors: Part,
-    pub table_per_unit: f32,
-    pub analytic_normals: u32,
-    pub id: u32,
-    pub has_inner: u32,
-    pub shows_faces: u32,
-    pub number: u32,
     pub brightness: [f32; 2],
-    pub inner: [f32; 4],
+    pub table_per_unit: f32,
+    pub shows_faces: u32,
+    pub inner: [f32; 3],
+    pub has_inner: u32,
     pub color: [f32; 4],
-    pub gradient_to_world: [[f32; 4]; 3],
 }
 
 /// `Block` of `shaders/blocks.wgsl`.
@@ -123,14 +133,14 @@ pub(super) struct ShadeLayer {
 
 impl PixelAffinePairs {
     pub fn new(a: &PixelAffine) -> Self {
-        let (base_hi, base_lo) = split(a.base, |v| v as f32);
-        let (per_x_hi, per_x_lo) = split(a.per_x, upper_16);
-        let (per_y_hi, per_y_lo) = split(a.per_y, upper_16);
+        let (base_hi, base_lo) = hi_and_lo(a.base, |v| v as f32);
+        let (per_x_hi, per_x_lo) = hi_and_lo(a.per_x, upper_16);
+        let (per_y_hi, per_y_lo) = hi_and_lo(a.per_y, upper_16);
         Self { base_hi, base_lo, per_x_hi, per_x_lo, per_y_hi, per_y_lo }
     }
 }
 
-fn split(v: DVec3, upper: impl Fn(f64) -> f32) -> ([f32; 4], [f32; 4]) {
+fn hi_and_lo(v: DVec3, upper: impl Fn(f64) -> f32) -> ([f32; 4], [f32; 4]) {
     let hi = v.to_array().map(&upper);
     let lo = std::array::from_fn::<f32, 3, _>(|a| (v[a] - f64::from(hi[a])) as f32);
     (padded(Vec3::from(hi)), padded(Vec3::from(lo)))
@@ -182,41 +192,41 @@ mod tests {
             "TraceParams",
             TraceParams,
             [
-                origin,
-                direction,
                 world_origin,
                 world_direction,
-                normal_to_world,
-                dims,
-                level,
-                bricks,
-                sign,
+                toward_light,
+                shadow_start,
                 pass_number,
+                passes,
                 stride,
                 only_nearest,
                 zero,
+                analytic_normals,
+                number,
+                id,
+                origin,
+                direction,
+                dims,
+                level,
                 to_light,
-                toward_light,
-                shadow_start,
+                normal_to_world,
+                gradient_to_world,
+                bricks,
+                sign,
                 to_light_spans,
                 light_spans_origin,
-                passes,
                 light_blocks,
                 cuts,
                 levels,
                 table,
                 gradients,
                 face_colors,
-                table_per_unit,
-                analytic_normals,
-                id,
-                has_inner,
-                shows_faces,
-                number,
                 brightness,
+                table_per_unit,
+                shows_faces,
                 inner,
-                color,
-                gradient_to_world
+                has_inner,
+                color
             ]
         );
         same_layout!(&trace, "Double", Pair, [hi, lo]);
@@ -255,7 +265,7 @@ mod tests {
         // Fails if hi and lo do not add up: rays would start in the wrong place.
         let v = DVec3::new(123.456_789_012_345, -0.001_234_567_890_123, 511.999_999_99);
         for upper in [upper_16 as fn(f64) -> f32, |v| v as f32] {
-            let (hi, lo) = split(v, upper);
+            let (hi, lo) = hi_and_lo(v, upper);
             for a in 0..3 {
                 let sum = f64::from(hi[a]) + f64::from(lo[a]);
                 assert!((sum - v[a]).abs() <= v[a].abs() * 1e-11, "{sum} {}", v[a]);

@@ -1,17 +1,15 @@
 //! The pass that goes on behind the first surface, through all volumes at once; and projections, a pass for each volume.
 
 use super::blocks::{BLOCK_PIXELS, pixel_in_block};
+use super::buffers::{HIT_BYTES, bound, bound_textures, compile, entry, filled_buffer, hit_buffer, part, storage, texture_entries};
 use super::device::{Gpu, GpuError};
-use super::layout::Block;
-use super::pipelines::{
-    HIT_BYTES, bound, bound_textures, compile, entry, filled_buffer, hit_buffer, part, storage, texture_entries, texture_views,
-};
-use super::plan::Plan;
+use super::layout::{Block, UNFINISHED};
+use super::plan::{Plan, VolumeOnGpu};
 use super::shader::{Reads, link};
 use super::{GpuRenderer, Parts, Projected, bindings};
-use crate::cpu::{dvr, shells};
+use crate::cpu::{dvr_exact, dvr_steps, transparent};
 use crate::frame::Frame;
-use crate::modes::{Gather, RayValue};
+use crate::modes::RayValue;
 use crate::roots::{Method, Solver};
 use crate::scene::{Integrator, Picture, Scene};
 use crate::tone::Gathered;
@@ -20,16 +18,15 @@ use wgpu::{BindGroupEntry, BindingType, BufferUsages, SamplerBindingType};
 /// What is done along the way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Integrate {
-    Shells { shadows: bool },
+    Transparent { shadows: bool },
     Steps,
     Exact,
 }
 
 impl Integrate {
-    /// What a scene asks for.
-    pub fn of(scene: &Scene) -> Self {
-        match scene.integrator {
-            _ if scene.mode.gather() == Gather::Crossings => Self::Shells { shadows: scene.shadows },
+    /// Of the density.
+    pub fn density(integrator: Integrator) -> Self {
+        match integrator {
             Integrator::Steps { .. } => Self::Steps,
             Integrator::Exact => Self::Exact,
         }
@@ -39,12 +36,12 @@ impl Integrate {
 /// The WGSL of a pass over volumes that are read so, and the numbers that it is compiled with.
 pub(super) fn shader(volumes: &[Reads], integrate: Integrate) -> (String, Vec<(&'static str, f64)>) {
     let (file, enough) = match integrate {
-        Integrate::Shells { .. } => ("shells", shells::ENOUGH),
-        Integrate::Steps => ("dvr_steps", dvr::ENOUGH_IN_STEPS),
-        Integrate::Exact => ("dvr_exact", dvr::ENOUGH_EXACTLY),
+        Integrate::Transparent { .. } => ("transparent", transparent::ENOUGH),
+        Integrate::Steps => ("dvr_steps", dvr_steps::ENOUGH),
+        Integrate::Exact => ("dvr_exact", dvr_exact::ENOUGH),
     };
     let mut numbers = vec![("ENOUGH", f64::from(enough))];
-    if let Integrate::Shells { shadows } = integrate {
+    if let Integrate::Transparent { shadows } = integrate {
         numbers.push(("HAS_SHADOWS", f64::from(u8::from(shadows))));
     }
     (link("march", &[("integrate", file)], volumes), numbers)
@@ -74,28 +71,25 @@ impl March {
     }
 }
 
-/// What a ray says that a driver has ended, see `shaders/march.wgsl`.
-pub(super) const UNFINISHED: u32 = 2;
-
 /// What a pixel is read as: of a march its colour, depth, volume and whether there is anything; of a projection what is gathered.
-type Record = [u32; 4];
-const _: () = assert!(size_of::<Record>() as u64 == HIT_BYTES);
+type PixelRecord = [u32; 4];
+const _: () = assert!(size_of::<PixelRecord>() as u64 == HIT_BYTES);
 
 /// Where a pixel of a picture is.
-struct Place {
+struct PixelAt {
     x: u32,
     y: u32,
     at: usize,
 }
 
 /// Calls `put` for each pixel of some blocks that lies in a picture.
-fn for_pixels(blocks: &[[u32; 2]], records: &[Record], width: u32, height: u32, mut put: impl FnMut(Place, &Record)) {
+fn for_pixels(blocks: &[[u32; 2]], records: &[PixelRecord], width: u32, height: u32, mut put: impl FnMut(PixelAt, &PixelRecord)) {
     for ([x0, y0], records) in blocks.iter().zip(records.chunks_exact(BLOCK_PIXELS)) {
         for (n, record) in (0..).zip(records) {
             let [dx, dy] = pixel_in_block(n);
             let (x, y) = (x0 + dx, y0 + dy);
             if x < width && y < height {
-                put(Place { x, y, at: (y * width + x) as usize }, record);
+                put(PixelAt { x, y, at: (y * width + x) as usize }, record);
             }
         }
     }
@@ -112,10 +106,10 @@ impl GpuRenderer {
     ) -> Result<Vec<Gathered>, GpuError> {
         let count = frame.layers.len();
         let mut gathered = vec![[f32::NAN; 2]; width as usize * height as usize * count];
-        let passes: Vec<usize> = (0..count).filter(|&n| !frame.layers[n].surface.grid.is_flat()).collect();
+        let passes: Vec<usize> = (0..count).filter(|&n| !frame.layers[n].placement.surface.grid.is_flat()).collect();
         let plan = self.plan(frame, scene, width, height, count)?;
         let parts = Parts::Project(Projected { is_max: of == RayValue::Max, of_gradient: scene.of_gradient });
-        let (hits, back) = (hit_buffer(&self.gpu, &plan, count), readback(&self.gpu, &plan));
+        let (hits, back) = (hit_buffer(&self.gpu, plan.pixels() * count), readback(&self.gpu, &plan));
         for blocks in plan.batches() {
             for (own, &layer) in plan.trace.iter().enumerate().zip(&passes) {
                 let number = self.pipelines.trace(&self.gpu, plan.volumes[own.0].reads, Method::Solver(Solver::Exact), parts);
@@ -134,31 +128,41 @@ impl GpuRenderer {
         Ok(gathered)
     }
 
-    /// The picture of a mode that goes on behind the first surface.
-    pub(super) fn march(&mut self, frame: &Frame, scene: &Scene, width: u32, height: u32) -> Result<Picture, GpuError> {
-        let mut picture = Picture::of(scene.background_bytes(), width, height);
-        let plan = self.plan(frame, scene, width, height, 1)?;
-        if plan.volumes.is_empty() {
-            return Ok(picture);
-        }
-        let reads: Vec<Reads> = plan.volumes.iter().map(|v| v.reads).collect();
+    /// Compiles the pass through volumes that are read so, if it is not yet; its number.
+    fn march_pass(&mut self, reads: Vec<Reads>, integrate: Integrate) -> Result<usize, GpuError> {
         // For each volume a texture of samples, and two of numbers.
         let limits = self.gpu.device.limits();
         let most = limits.max_sampled_textures_per_shader_stage.min(limits.max_storage_textures_per_shader_stage / 2) as usize;
         if reads.len() > most {
             return Err(GpuError::TooManyVolumes { count: reads.len(), most });
         }
-        let integrate = Integrate::of(scene);
         let known = self.pipelines.march.iter().position(|m| m.reads == reads && m.integrate == integrate);
-        let number = known.unwrap_or_else(|| {
+        Ok(known.unwrap_or_else(|| {
             self.pipelines.march.push(March::new(&self.gpu, reads, integrate));
             self.pipelines.march.len() - 1
-        });
+        }))
+    }
+
+    /// The picture of a mode that goes on behind the first surface.
+    pub(super) fn march(
+        &mut self,
+        frame: &Frame,
+        scene: &Scene,
+        integrate: Integrate,
+        [width, height]: [u32; 2],
+    ) -> Result<Picture, GpuError> {
+        let mut picture = Picture::of(scene.background_bytes(), width, height);
+        let plan = self.plan(frame, scene, width, height, 1)?;
+        if plan.volumes.is_empty() {
+            return Ok(picture);
+        }
+        let reads: Vec<Reads> = plan.volumes.iter().map(|v| v.reads).collect();
+        let number = self.march_pass(reads, integrate)?;
         let (gpu, march) = (&self.gpu, &self.pipelines.march[number]);
         let shade = filled_buffer(gpu, bytemuck::bytes_of(&plan.shade), BufferUsages::STORAGE);
         let params = filled_buffer(gpu, bytemuck::cast_slice(&plan.trace), BufferUsages::STORAGE);
-        let (records, back) = (hit_buffer(gpu, &plan, 1), readback(gpu, &plan));
-        let views: Vec<_> = plan.volumes.iter().map(texture_views).collect();
+        let (records, back) = (hit_buffer(gpu, plan.pixels()), readback(gpu, &plan));
+        let views: Vec<_> = plan.volumes.iter().map(VolumeOnGpu::views).collect();
         for blocks in plan.batches() {
             let mut entries: Vec<BindGroupEntry<'_>> = views.iter().enumerate().flat_map(|(n, views)| bound_textures(n, views)).collect();
             entries.extend([
@@ -199,7 +203,7 @@ impl GpuRenderer {
 fn readback(gpu: &Gpu, plan: &Plan) -> wgpu::Buffer {
     gpu.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("read back"),
-        size: (plan.batch * BLOCK_PIXELS) as u64 * HIT_BYTES,
+        size: plan.pixels() as u64 * HIT_BYTES,
         usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
         mapped_at_creation: false,
     })
@@ -213,7 +217,7 @@ fn read_records(
     count: usize,
     (records, first): (&wgpu::Buffer, u64),
     back: &wgpu::Buffer,
-    read: impl FnOnce(&[Record]),
+    read: impl FnOnce(&[PixelRecord]),
 ) -> Result<(), GpuError> {
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let mut pass = encoder.begin_compute_pass(&Default::default());

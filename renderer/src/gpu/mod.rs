@@ -3,6 +3,7 @@
 
 mod bindings;
 mod blocks;
+mod buffers;
 mod constants;
 mod device;
 mod layout;
@@ -17,15 +18,15 @@ mod upload;
 
 use device::Gpu;
 pub use device::GpuError;
+use march::Integrate;
 use pipelines::{Pipelines, Target};
 use shader::{Reads, link};
 
-use crate::cell_masks::CellMasks;
-use crate::frame::{Frame, MapCache};
+use crate::frame::Frame;
 use crate::modes::Gather;
-use crate::occupancy::DistanceMap;
 use crate::roots::{Method, Solver, Steps};
 use crate::scene::{Picture, Scene};
+use crate::skip::{CellMasks, DistanceMap, MapCache};
 use crate::tone::colored;
 use crate::{Backend, InstructionSet, RenderError, Renderer, Split};
 use bregma_field::Volume;
@@ -168,7 +169,10 @@ impl GpuRenderer {
                 let gathered = self.project(frame, scene, of, [width, height])?;
                 return Ok(colored(frame, scene, of, [width, height], &gathered));
             }
-            Gather::Crossings | Gather::Density => return self.march(frame, scene, width, height),
+            Gather::Crossings => {
+                return self.march(frame, scene, Integrate::Transparent { shadows: scene.shadows }, [width, height]);
+            }
+            Gather::Density => return self.march(frame, scene, Integrate::density(scene.integrator), [width, height]),
             Gather::Nearest | Gather::FirstOfEach => {}
         }
         let plan = self.plan(frame, scene, width, height, frame.layers.len())?;
@@ -259,8 +263,9 @@ mod tests {
                 }
             }
         }
-        use march::Integrate;
-        for gather in [Integrate::Shells { shadows: false }, Integrate::Shells { shadows: true }, Integrate::Steps, Integrate::Exact] {
+        for gather in
+            [Integrate::Transparent { shadows: false }, Integrate::Transparent { shadows: true }, Integrate::Steps, Integrate::Exact]
+        {
             for volumes in [&all_reads[..1], &all_reads[2..], &all_reads] {
                 check(&march::shader(volumes, gather).0, &format!("{gather:?} of {}", volumes.len()));
             }

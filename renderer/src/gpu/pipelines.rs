@@ -1,24 +1,24 @@
 //! The compute pipelines, what is bound to them, and the picture they leave.
 
 use super::blocks::{BLOCK_PIXELS, pixel_in_block};
+use super::buffers::{
+    Pixel, bound, bound_textures, compile, entry, filled_buffer, hit_buffer, part, storage, storage_buffer, texture_entries,
+};
 use super::device::{Gpu, GpuError};
 use super::layout::{Block, TraceParams};
 use super::march::March;
-use super::plan::{Plan, VolumeOnGpu};
-use super::shader::{Component, Reads, link};
+use super::plan::Plan;
+use super::shader::{Reads, link};
 use super::stamps::Stamps;
 use super::{Parts, bindings, trace_shader};
 use crate::frame::Frame;
 use crate::roots::{Method, Solver};
 use crate::scene::{Picture, Scene};
-use crate::spans::BLOCK;
+use crate::skip::BLOCK;
 use rayon::prelude::*;
 use std::ops::Range;
 use std::time::Instant;
-use wgpu::{
-    BindGroupEntry, BindGroupLayoutEntry, BindingType, BufferBindingType, BufferUsages, SamplerBindingType, StorageTextureAccess,
-    TextureFormat, TextureSampleType, TextureViewDimension,
-};
+use wgpu::{BindGroupEntry, BindingType, BufferUsages, SamplerBindingType};
 
 /// A pass over volumes of one component type, with one method.
 #[derive(Debug)]
@@ -42,90 +42,6 @@ pub(super) struct Pipelines {
     pub nearest: wgpu::Sampler,
     /// Passes through all volumes at once.
     pub march: Vec<March>,
-}
-
-pub(super) fn entry(binding: u32, ty: BindingType) -> BindGroupLayoutEntry {
-    BindGroupLayoutEntry { binding, visibility: wgpu::ShaderStages::COMPUTE, ty, count: None }
-}
-
-pub(super) fn storage(read_only: bool) -> BindingType {
-    BindingType::Buffer { ty: BufferBindingType::Storage { read_only }, has_dynamic_offset: false, min_binding_size: None }
-}
-
-pub(super) fn bound(binding: u32, resource: wgpu::BindingResource<'_>) -> BindGroupEntry<'_> {
-    BindGroupEntry { binding, resource }
-}
-
-/// The samples of a volume.
-fn samples_binding(reads: Reads, is_filtered: bool) -> BindingType {
-    let sample_type = match reads.component {
-        Component::U32 => TextureSampleType::Uint,
-        Component::I32 => TextureSampleType::Sint,
-        Component::F32 => TextureSampleType::Float { filterable: is_filtered },
-    };
-    volume_texture(sample_type, if reads.in_layers { TextureViewDimension::D2Array } else { TextureViewDimension::D3 })
-}
-
-/// The textures of volume `n` of a pass.
-pub(super) fn texture_entries(n: usize, reads: Reads, is_filtered: bool) -> [BindGroupLayoutEntry; 3] {
-    let [samples, map, masks] = bindings::textures(n);
-    [
-        entry(samples, samples_binding(reads, is_filtered)),
-        entry(map, numbers(TextureFormat::Rg32Uint, TextureViewDimension::D3)),
-        entry(masks, numbers(TextureFormat::R32Uint, TextureViewDimension::D2)),
-    ]
-}
-
-/// What is bound there.
-pub(super) fn texture_views(volume: &VolumeOnGpu) -> [wgpu::TextureView; 3] {
-    // Of a single layer the default is no array.
-    let dimension = volume.reads.in_layers.then_some(TextureViewDimension::D2Array);
-    let samples = volume.samples.create_view(&wgpu::TextureViewDescriptor { dimension, ..Default::default() });
-    [samples, volume.map.create_view(&Default::default()), volume.masks.create_view(&Default::default())]
-}
-
-pub(super) fn bound_textures(n: usize, views: &[wgpu::TextureView; 3]) -> impl Iterator<Item = BindGroupEntry<'_>> {
-    bindings::textures(n).into_iter().zip(views).map(|(binding, view)| bound(binding, wgpu::BindingResource::TextureView(view)))
-}
-
-/// A texture whose numbers are read one by one.
-fn numbers(format: TextureFormat, view_dimension: TextureViewDimension) -> BindingType {
-    BindingType::StorageTexture { access: StorageTextureAccess::ReadOnly, format, view_dimension }
-}
-
-pub(super) fn volume_texture(sample_type: TextureSampleType, view_dimension: TextureViewDimension) -> BindingType {
-    BindingType::Texture { sample_type, view_dimension, multisampled: false }
-}
-
-/// The records of `size` bytes of some blocks in a buffer.
-pub(super) fn part<'a>(buffer: &'a wgpu::Buffer, blocks: &Range<usize>, size: usize) -> wgpu::BindingResource<'a> {
-    let (offset, bytes) = ((blocks.start * size) as u64, (blocks.len() * size) as u64);
-    wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset, size: wgpu::BufferSize::new(bytes) })
-}
-
-pub(super) fn compile(
-    gpu: &Gpu,
-    name: &str,
-    source: &str,
-    numbers: &[(&str, f64)],
-    entries: &[BindGroupLayoutEntry],
-) -> (wgpu::BindGroupLayout, wgpu::ComputePipeline) {
-    let device = &gpu.device;
-    let source = wgpu::ShaderSource::Wgsl(source.into());
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(name), source });
-    let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(name), entries });
-    let bind_group_layouts = &[Some(&layout)];
-    let pipeline_layout =
-        device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor { label: Some(name), bind_group_layouts, immediate_size: 0 });
-    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some(name),
-        layout: Some(&pipeline_layout),
-        module: &module,
-        entry_point: Some(name),
-        compilation_options: wgpu::PipelineCompilationOptions { constants: numbers, ..Default::default() },
-        cache: None,
-    });
-    (layout, pipeline)
 }
 
 impl Pipelines {
@@ -176,7 +92,7 @@ impl Pipelines {
     ) -> wgpu::BindGroup {
         let (trace, volume) = (&self.trace[number], &plan.volumes[pass]);
         let params = filled_buffer(gpu, bytemuck::bytes_of(params), BufferUsages::STORAGE);
-        let views = texture_views(volume);
+        let views = volume.views();
         let mut entries: Vec<BindGroupEntry<'_>> = bound_textures(0, &views).collect();
         entries.extend([
             bound(bindings::TRACE_PARAMS, params.as_entire_binding()),
@@ -282,38 +198,6 @@ impl Pipelines {
     }
 }
 
-/// Bytes of the hit of a pixel.
-pub(super) const HIT_BYTES: u64 = 16;
-
-/// Room for the hits of `passes` over a batch of blocks of `plan`.
-pub(super) fn hit_buffer(gpu: &Gpu, plan: &Plan, passes: usize) -> wgpu::Buffer {
-    storage_buffer(gpu, (plan.batch * BLOCK_PIXELS * passes) as u64 * HIT_BYTES)
-}
-
-fn storage_buffer(gpu: &Gpu, size: u64) -> wgpu::Buffer {
-    gpu.device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("hits"),
-        size,
-        usage: BufferUsages::STORAGE | BufferUsages::COPY_SRC,
-        mapped_at_creation: false,
-    })
-}
-
-pub(super) fn filled_buffer(gpu: &Gpu, bytes: &[u8], usage: BufferUsages) -> wgpu::Buffer {
-    let descriptor = wgpu::BufferDescriptor {
-        label: Some("parameters"),
-        size: bytes.len() as u64,
-        usage: usage | BufferUsages::COPY_DST,
-        mapped_at_creation: false,
-    };
-    let buffer = gpu.device.create_buffer(&descriptor);
-    gpu.queue.write_buffer(&buffer, 0, bytes);
-    buffer
-}
-
-/// Colour and volume, and the depth: `pixels` of `shaders/shade.wgsl`.
-pub(super) type Pixel = [u32; 2];
-
 /// The picture on the GPU, and the way back.
 #[derive(Debug)]
 pub(super) struct Target {
@@ -339,7 +223,7 @@ impl Target {
             width,
             height,
             passes,
-            hits: hit_buffer(gpu, plan, passes),
+            hits: hit_buffer(gpu, plan.pixels() * passes),
             shadows: storage_buffer(gpu, (plan.batch * BLOCK_PIXELS * size_of::<u32>()) as u64),
             pixels: buffer(BufferUsages::STORAGE | BufferUsages::COPY_SRC),
             readback: buffer(BufferUsages::MAP_READ | BufferUsages::COPY_DST),

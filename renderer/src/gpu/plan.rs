@@ -1,15 +1,14 @@
 //! What one picture asks of the GPU: textures, blocks, and the parameters of every pass.
 
 use super::blocks::{self, BLOCK_PIXELS};
+use super::buffers::{HIT_BYTES, Pixel, filled_buffer};
 use super::layout::{Block, Pair, Part, PixelAffinePairs, ShadeLayer, ShadeParams, TraceParams, padded, padded_matrix};
-use super::pipelines::{HIT_BYTES, Pixel, filled_buffer};
 use super::shader::{Component, Reads};
 use super::{BATCH, GpuError, GpuRenderer, upload};
 use crate::frame::{Frame, FrameLayer};
-use crate::modes::{Gather, Setting};
 use crate::roots::{Method, Solver};
 use crate::scene::{Integrator, MOST_VOLUMES, Normals, Scene};
-use crate::spans::BLOCK;
+use crate::skip::BLOCK;
 use bregma_field::clip::Half;
 use std::ops::Range;
 
@@ -39,11 +38,16 @@ pub(super) struct Plan {
 
 /// Numbers of pixels have 16 bits (`at_pixel` of `shaders/line.wgsl`).
 const MOST_PIXELS_ACROSS: u32 = 1 << 16;
-/// A batch has a multiple of as many blocks, whose records take 256 bytes: where the part of a buffer that a pass sees may begin (WebGPU,
-/// "minStorageBufferOffsetAlignment").
+/// The number of blocks in a batch is a multiple of this: then every batch begins at a multiple of 256 bytes of the buffer of blocks, as the part of
+/// a buffer that a pass sees must (WebGPU, "minStorageBufferOffsetAlignment").
 const ALIGNED_BLOCKS: usize = 256 / size_of::<Block>();
 
 impl Plan {
+    /// Pixels of a batch.
+    pub fn pixels(&self) -> usize {
+        self.batch * BLOCK_PIXELS
+    }
+
     /// The numbers of blocks in each dispatch.
     pub fn batches(&self) -> impl Iterator<Item = Range<usize>> {
         let (count, batch) = (self.blocks.len(), self.batch);
@@ -62,6 +66,16 @@ pub(super) struct VolumeOnGpu {
     pub masks: wgpu::Texture,
     /// How far the light sees, in a scene with shadows.
     pub light_spans: Option<wgpu::Buffer>,
+}
+
+impl VolumeOnGpu {
+    /// What is bound of its textures.
+    pub fn views(&self) -> [wgpu::TextureView; 3] {
+        // Of a single layer the default is no array.
+        let dimension = self.reads.in_layers.then_some(wgpu::TextureViewDimension::D2Array);
+        let samples = self.samples.create_view(&wgpu::TextureViewDescriptor { dimension, ..Default::default() });
+        [samples, self.map.create_view(&Default::default()), self.masks.create_view(&Default::default())]
+    }
 }
 
 /// What volumes have any number of, one behind the other.
@@ -90,8 +104,8 @@ impl GpuRenderer {
     pub(super) fn plan(&mut self, frame: &Frame, scene: &Scene, width: u32, height: u32, slots: usize) -> Result<Plan, GpuError> {
         self.check_size(scene, width, height)?;
         // A volume without cells has nothing to walk, and a texture needs at least one brick.
-        let layers: Vec<_> = frame.layers.iter().filter(|l| !l.surface.grid.is_flat()).collect();
-        let volumes = layers.iter().map(|layer| self.volume(layer, scene)).collect::<Result<Vec<_>, _>>()?;
+        let layers: Vec<_> = frame.layers.iter().filter(|l| !l.placement.surface.grid.is_flat()).collect();
+        let volumes = layers.iter().map(|layer| self.volume(layer, scene, frame.has_solver)).collect::<Result<Vec<_>, _>>()?;
         let blocks = blocks::seen(&layers);
         let spans = blocks::spans(&layers, &blocks);
         let pixels_at_once = self.gpu.device.limits().max_storage_buffer_binding_size / (HIT_BYTES * slots.max(1) as u64);
@@ -104,8 +118,12 @@ impl GpuRenderer {
         for (number, layer) in layers.iter().enumerate() {
             trace.push(trace_params(frame, scene, layer, [number, layers.len()], stride, &mut extras));
         }
-        let color = |l: &&FrameLayer| ShadeLayer { color: l.color.extend(l.opacity).to_array(), id: l.index as u32 + 1, padding: [0; 3] };
-        let mut face_colors: Vec<[f32; 4]> = layers.iter().flat_map(|l| &l.face_colors).map(|c| c.to_array()).collect();
+        let color = |l: &&FrameLayer| ShadeLayer {
+            color: l.appearance.color.extend(l.appearance.opacity).to_array(),
+            id: l.placement.index as u32 + 1,
+            padding: [0; 3],
+        };
+        let mut face_colors: Vec<[f32; 4]> = layers.iter().flat_map(|l| &l.appearance.face_colors).map(|c| c.to_array()).collect();
         // A buffer has at least one.
         [&mut face_colors, &mut extras.0].into_iter().filter(|records| records.is_empty()).for_each(|records| records.push([0.0; 4]));
         let storage = |bytes: &[u8]| filled_buffer(&self.gpu, bytes, wgpu::BufferUsages::STORAGE);
@@ -139,10 +157,10 @@ impl GpuRenderer {
     }
 
     /// Brings a layer's volume, and where its surface can be, to the GPU.
-    fn volume(&mut self, layer: &FrameLayer, scene: &Scene) -> Result<VolumeOnGpu, GpuError> {
-        let volume = &layer.surface.volume;
+    fn volume(&mut self, layer: &FrameLayer, scene: &Scene, has_solver: bool) -> Result<VolumeOnGpu, GpuError> {
+        let volume = &layer.placement.surface.volume;
         let (samples, reads) = match scene.method() {
-            Method::Solver(Solver::Filter) if scene.mode.uses(Setting::Solver) => {
+            Method::Solver(Solver::Filter) if has_solver => {
                 (self.filtered_texture(volume)?, Reads { component: Component::F32, in_layers: false })
             }
             _ => {
@@ -150,9 +168,9 @@ impl GpuRenderer {
                 (self.sample_texture(volume)?, Reads { component, in_layers })
             }
         };
-        let map = self.map_texture(&layer.map, &layer.masks)?;
-        let masks = self.mask_texture(&layer.masks)?;
-        let near = &layer.light_spans.near;
+        let map = self.map_texture(&layer.skip.map, &layer.skip.masks)?;
+        let masks = self.mask_texture(&layer.skip.masks)?;
+        let near = &layer.skip.light_spans.near;
         let light_spans = scene.shadows.then(|| filled_buffer(&self.gpu, bytemuck::cast_slice(near), wgpu::BufferUsages::STORAGE));
         Ok(VolumeOnGpu { samples, reads, map, masks, light_spans })
     }
@@ -167,47 +185,48 @@ fn trace_params(
     stride: u32,
     extras: &mut Extras,
 ) -> TraceParams {
-    let region = &layer.surface.region;
+    let FrameLayer { placement, skip, appearance } = layer;
+    let region = &placement.surface.region;
     let planes = region.halves.iter().flat_map(|half| cut_records(half, -1.0));
     let tubes = region.tubes.iter().flat_map(|tube| tube.across.iter().flat_map(|half| cut_records(half, tube.radius_mm as f32)));
-    let levels = layer.levels.iter().zip(&layer.paints).flat_map(|(&level, paint)| [[level, 0.0, 0.0, 0.0], paint.to_array()]);
-    let gradients = layer.gradient_factors.iter().map(|&[magnitude, factor]| [magnitude, factor, 0.0, 0.0]);
+    let levels = appearance.levels.iter().zip(&appearance.paints).flat_map(|(&level, paint)| [[level, 0.0, 0.0, 0.0], paint.to_array()]);
+    let gradients = appearance.gradient_factors.iter().map(|&[magnitude, factor]| [magnitude, factor, 0.0, 0.0]);
     TraceParams {
-        origin: PixelAffinePairs::new(&layer.rays.origin),
-        direction: PixelAffinePairs::new(&layer.rays.direction),
         world_origin: PixelAffinePairs::new(&frame.based_rays.origin),
         world_direction: PixelAffinePairs::new(&frame.based_rays.direction),
-        normal_to_world: padded_matrix(layer.normal_to_world),
-        dims: layer.surface.grid.dims().map(|n| n as i32),
-        level: layer.level,
-        bricks: layer.map.dims().map(|n| n as i32),
-        sign: layer.surface.sign,
+        toward_light: frame.toward_light.to_array(),
+        shadow_start: frame.shadow_start_mm as f32,
         pass_number: number as u32,
+        passes: passes as u32,
         stride,
         only_nearest: u32::from(frame.only_nearest),
         zero: 0,
-        to_light: Pair::new(layer.to_light),
-        toward_light: frame.toward_light.to_array(),
-        shadow_start: frame.shadow_start_mm as f32,
-        to_light_spans: padded_matrix(layer.light_spans.from_index.matrix3.as_mat3()),
-        light_spans_origin: layer.light_spans.from_index.translation.as_vec3().to_array(),
-        passes: passes as u32,
-        light_blocks: layer.light_spans.size,
+        analytic_normals: u32::from(scene.normals == Normals::Analytic),
+        number: number as u32,
+        id: placement.index as u32 + 1,
+        origin: PixelAffinePairs::new(&placement.rays.origin),
+        direction: PixelAffinePairs::new(&placement.rays.direction),
+        dims: placement.surface.grid.dims().map(|n| n as i32),
+        level: placement.level,
+        to_light: Pair::new(placement.to_light),
+        normal_to_world: padded_matrix(placement.normal_to_world),
+        gradient_to_world: padded_matrix(placement.gradient_to_world),
+        bricks: skip.map.dims().map(|n| n as i32),
+        sign: placement.surface.sign,
+        to_light_spans: padded_matrix(skip.light_spans.from_index.matrix3.as_mat3()),
+        light_spans_origin: padded(skip.light_spans.from_index.translation.as_vec3()),
+        light_blocks: skip.light_spans.size,
         cuts: extras.add(2, planes.chain(tubes)),
         levels: extras.add(2, levels),
-        table: extras.add(1, layer.steps.entries.iter().map(|entry| entry.to_array())),
+        table: extras.add(1, appearance.steps.entries.iter().map(|entry| entry.to_array())),
         gradients: extras.add(1, gradients),
-        face_colors: extras.add(1, layer.face_colors.iter().map(|color| color.to_array())),
-        table_per_unit: layer.steps.per_unit,
-        analytic_normals: u32::from(scene.normals == Normals::Analytic),
-        id: layer.index as u32 + 1,
-        has_inner: u32::from(layer.inner.is_some()),
-        shows_faces: u32::from(layer.shows_faces),
-        number: number as u32,
-        brightness: layer.brightness,
-        inner: padded(layer.inner.unwrap_or_default()),
-        color: padded(layer.color),
-        gradient_to_world: padded_matrix(layer.gradient_to_world),
+        face_colors: extras.add(1, appearance.face_colors.iter().map(|color| color.to_array())),
+        brightness: appearance.brightness,
+        table_per_unit: appearance.steps.per_unit,
+        shows_faces: u32::from(appearance.shows_faces),
+        inner: appearance.inner.unwrap_or_default().to_array(),
+        has_inner: u32::from(appearance.inner.is_some()),
+        color: padded(appearance.color),
     }
 }
 
@@ -225,7 +244,7 @@ fn shade_params(frame: &Frame, scene: &Scene, passes: usize, stride: u32) -> Sha
         shininess: scene.light.shininess,
         stride,
         passes: passes as u32,
-        overlay: u32::from(scene.mode.gather() == Gather::FirstOfEach),
+        overlay: u32::from(frame.overlays),
         shadows: u32::from(scene.shadows),
         cue_per_mm: frame.cue_per_mm,
         background: frame.background.to_array(),

@@ -1,7 +1,7 @@
 //! Solvers on the GPU by themselves: what they make of many segments, for the stability table.
 
+use super::buffers::{bound, compile, entry, filled_buffer, storage, volume_texture};
 use super::layout::padded;
-use super::pipelines::{bound, compile, entry, filled_buffer, storage, volume_texture};
 use super::shader::link;
 use super::{GpuRenderer, bindings, solver_module, upload};
 use crate::RenderError;

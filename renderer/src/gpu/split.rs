@@ -2,8 +2,8 @@
 //!
 //! The twin of `cpu/split.rs`.
 
+use super::buffers::hit_buffer;
 use super::layout::TraceParams;
-use super::pipelines::hit_buffer;
 use super::{GpuError, GpuRenderer, Parts};
 use crate::frame::Frame;
 use crate::scene::Scene;
@@ -25,7 +25,7 @@ impl GpuRenderer {
         // One slot more than passes: a pass that only looks as far as the hits before it, and has none itself.
         let slots = frame.layers.len() + 1;
         let plan = self.plan(frame, scene, width, height, slots)?;
-        let hits = hit_buffer(&self.gpu, &plan, slots);
+        let hits = hit_buffer(&self.gpu, plan.pixels() * slots);
         let (mut walking_ms, mut fetched_ms, mut solved_ms) = (0.0, 0.0, 0.0);
         for blocks in plan.batches() {
             for (pass, params) in plan.trace.iter().enumerate() {

@@ -4,9 +4,9 @@
 //! and calls a function for the others.
 
 use super::device::{Gpu, GpuError};
+use super::layout::MASKS_ACROSS;
 use super::shader::Component;
-use crate::cell_masks::{CellMasks, WORDS};
-use crate::occupancy::DistanceMap;
+use crate::skip::{CellMasks, DistanceMap, WORDS};
 use bregma_field::{AnyBlock, Sample, Store, Volume, with_block};
 use wgpu::{TextureDimension, TextureFormat, TextureUsages};
 
@@ -55,9 +55,6 @@ pub(super) fn upload_map(gpu: &Gpu, map: &DistanceMap, masks: &CellMasks) -> Res
     let shape = Shape::of_numbers(map.dims(), TextureDimension::D3, TextureFormat::Rg32Uint);
     upload(gpu, &shape, bytemuck::cast_slice(&texels))
 }
-
-/// Masks in a row of their texture, whose width any adapter has: see `shaders/brick.wgsl`.
-pub(crate) const MASKS_ACROSS: usize = 512;
 
 /// Uploads the masks, row after row, the numbers of each side by side.
 pub(super) fn upload_masks(gpu: &Gpu, masks: &CellMasks) -> Result<wgpu::Texture, GpuError> {

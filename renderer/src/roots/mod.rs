@@ -1,6 +1,8 @@
 //! The solvers: ways to find where a ray first enters the bone. Each that works within one cell is one file here and one shader of
 //! the same name (fixed steps are drawn by `cpu/steps.rs`, as they know no cells; the hardware's `filter` exists on the GPU only). What is
 //! timed is the method and not the choice: the GPU's walk is compiled for each on its own, the CPU's chooses once for sixteen rays.
+//!
+//! The twin of `shaders/interpolant.wgsl`.
 
 pub(crate) mod analytic;
 pub(crate) mod bernstein;

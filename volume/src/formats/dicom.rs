@@ -55,6 +55,8 @@ struct Image {
     frame: usize,
 }
 
+/// In one piece, though long: what a series states is gone through once, in the order in which warnings are shown, and all of it is moved into
+/// what reads its slices later.
 fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadError> {
     let mut warnings = vec![];
     let headers = series::read(path, hints, progress, &mut warnings)?;

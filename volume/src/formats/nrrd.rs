@@ -5,7 +5,6 @@ mod header;
 mod space;
 mod write;
 
-pub use super::write::WriteError;
 use write::write_plain;
 pub use write::{Compression, write};
 

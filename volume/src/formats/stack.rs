@@ -66,23 +66,8 @@ pub fn build(slices: &[Slice], uneven: Uneven, thickness_mm: Option<f64>, progre
     let height = |n: usize| normal.dot(slices[n].position_mm);
     // Equal heights keep the order in which they came.
     order.sort_by(|&a, &b| height(a).total_cmp(&height(b)));
-    let all = order.len();
     let sample_mm = first.spacing_mm[0].min(first.spacing_mm[1]);
-    let sideways =
-        || ReadError::Contradiction("its slices are shifted sideways against each other, as if they were of several scans".into());
-    let mut is_beside = false;
-    order.dedup_by(|b, a| {
-        let same_height = height(*b) - height(*a) < SAME_PLACE * sample_mm;
-        is_beside |= same_height && slices[*a].position_mm.distance(slices[*b].position_mm) > sample_mm;
-        same_height
-    });
-    if is_beside {
-        return Err(sideways());
-    }
-    if order.len() < all {
-        let n = all - order.len();
-        warnings.push(format!("{n} of {all} slices lie where another one does and are left out: of each place the first image is read"));
-    }
+    leave_one_each(slices, &mut order, height, sample_mm, &mut warnings)?;
     let begin = slices[order[0]].position_mm;
     let end = slices[order[order.len() - 1]].position_mm;
     let gaps: Vec<f64> = order.windows(2).map(|w| height(w[1]) - height(w[0])).collect();
@@ -127,6 +112,35 @@ pub fn build(slices: &[Slice], uneven: Uneven, thickness_mm: Option<f64>, progre
     let map = DAffine3::from_mat3_translation(DMat3::from_cols(i * di, j * dj, step_mm), begin);
     let grid = Grid::from_affine([first.dims[0], first.dims[1], count], map)?;
     Ok(Stack { grid, mixes, warnings })
+}
+
+fn sideways() -> ReadError {
+    ReadError::Contradiction("its slices are shifted sideways against each other, as if they were of several scans".into())
+}
+
+/// Leaves the first of the slices that lie at one place, of such as are in order by `height`.
+fn leave_one_each(
+    slices: &[Slice],
+    order: &mut Vec<usize>,
+    height: impl Fn(usize) -> f64,
+    sample_mm: f64,
+    warnings: &mut Vec<String>,
+) -> Result<(), ReadError> {
+    let all = order.len();
+    let mut is_beside = false;
+    order.dedup_by(|b, a| {
+        let same_height = height(*b) - height(*a) < SAME_PLACE * sample_mm;
+        is_beside |= same_height && slices[*a].position_mm.distance(slices[*b].position_mm) > sample_mm;
+        same_height
+    });
+    if is_beside {
+        return Err(sideways());
+    }
+    if order.len() < all {
+        let n = all - order.len();
+        warnings.push(format!("{n} of {all} slices lie where another one does and are left out: of each place the first image is read"));
+    }
+    Ok(())
 }
 
 /// The slices of the most common size, directions and spacing.

@@ -66,6 +66,7 @@ fn numbers<T: FromStr, const N: usize>(element: &BytesStart<'_>, name: &str) -> 
     numbers.map(Some).ok_or_else(|| bad(name, text, &format!("it must be {N} numbers")))
 }
 
+/// In one piece, though long: each arm of the loop is an element of the format, and what one says decides how the next is read.
 fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadError> {
     let (file, there) = open_file(path)?;
     let mut reader = Reader::from_reader(BufReader::new(file));

@@ -173,7 +173,8 @@ impl Header {
         self.small(tag).ok_or(ReadError::MissingField(name))
     }
 
-    /// Takes what is wanted from a data set of at most `bytes` bytes.
+    /// Takes what is wanted from a data set of at most `bytes` bytes. In one piece, though long: an arm for each kind of token, over the sequences
+    /// that are open.
     fn take(&mut self, source: impl Read, bytes: u64) -> Result<(), ReadError> {
         let damaged = |e: &dyn std::fmt::Display| ReadError::Damaged(format!("as DICOM, {e}"));
         let decoder = DynStatefulDecoder::new_with_ts(BufReader::with_capacity(1 << 14, source), self.syntax, 0);

@@ -111,9 +111,7 @@ pub fn grid(header: &Header, sizes: &[usize], hints: &Hints, warnings: &mut Vec<
             known[axis] = !spacings[a].is_nan();
             if known[axis] {
                 spacing_mm[axis] = spacings[a] * units.as_ref().map_or(world_mm[axis].abs(), |u| u[a]);
-                if !(spacing_mm[axis].is_finite() && spacing_mm[axis] > 0.0) {
-                    return Err(GridError::Spacing { axis, mm: spacing_mm[axis] }.into());
-                }
+                must_be_length(axis, spacing_mm[axis])?;
             }
             columns[axis] *= signs[axis] * spacing_mm[axis];
         }
@@ -121,9 +119,7 @@ pub fn grid(header: &Header, sizes: &[usize], hints: &Hints, warnings: &mut Vec<
     match hints.spacing_mm {
         Some(mm) => {
             for axis in (0..3).filter(|&a| !(known[a] && in_mm)) {
-                if !(mm[axis].is_finite() && mm[axis] > 0.0) {
-                    return Err(GridError::Spacing { axis, mm: mm[axis] }.into());
-                }
+                must_be_length(axis, mm[axis])?;
                 columns[axis] = columns[axis].normalize() * mm[axis];
             }
         }
@@ -150,4 +146,8 @@ pub fn grid(header: &Header, sizes: &[usize], hints: &Hints, warnings: &mut Vec<
     let origin_mm = if origin_mm.is_finite() { origin_mm } else { DVec3::ZERO };
     let grid = Grid::from_affine(axes.map(|a| sizes[a]), DAffine3::from_mat3_translation(matrix, origin_mm))?;
     Ok((grid, hints.spacing_mm.is_some() || known == [true; 3]))
+}
+
+fn must_be_length(axis: usize, mm: f64) -> Result<(), GridError> {
+    if mm.is_finite() && mm > 0.0 { Ok(()) } else { Err(GridError::Spacing { axis, mm }) }
 }

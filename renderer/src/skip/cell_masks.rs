@@ -1,8 +1,8 @@
 //! Which cells of a brick can hold the surface: one bit for each, so that a ray passes the others without reading a sample.
 
+use super::occupancy::DistanceMap;
 use crate::InstructionSet;
 use crate::lanes::{Floats, LANES};
-use crate::occupancy::DistanceMap;
 use crate::roots::inside;
 use bregma_field::{BRICK, Block, Sample, Store, with_block};
 use fearless_simd::prelude::*;
@@ -64,8 +64,8 @@ impl CellMasks {
         })
     }
 
-    /// The bricks whose boxes of cells a ray from outside can meet first, by number. A ray that meets the surface in another brick came there
-    /// through such a box, and would go on into one.
+    /// The numbers of the bricks whose boxes of cells are not closed in by full ones on all six sides. A ray from outside that enters another
+    /// brick's box has entered one of these before, and enters one again on its way out.
     pub fn exposed(&self) -> &[u32] {
         &self.exposed
     }

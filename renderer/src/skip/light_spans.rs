@@ -1,13 +1,19 @@
 //! How far toward the light a shadow ray must be followed: to the nearest cell, as the light sees it, that can hold the surface.
 
+use super::cell_masks::CellMasks;
+use super::occupancy::DistanceMap;
+use super::spans::{BLOCK, Spans};
 use crate::camera::{Camera, Projection};
-use crate::cell_masks::CellMasks;
-use crate::occupancy::DistanceMap;
-use crate::spans::{BLOCK, Spans};
 use bregma_field::{BRICK, Grid};
 use glam::{DAffine3, DMat3, DVec3};
 
 /// A surface as the light sees it, in blocks of half a brick's size.
+///
+/// ```text
+///   light ☼ ──near──►┌──┐
+///          ───near──────────►┌──┐   depth: a shadow ray from p is followed toward the light as far as depth(p) − near
+///          ──────────────────────►  a block without cells: near is enormous
+/// ```
 #[derive(Debug, Default)]
 pub(crate) struct LightSpans {
     /// Blocks across and down.

@@ -1,7 +1,7 @@
 // Transparent isosurfaces: every crossing along a stretch of a ray, from front to back.
-// The twin of renderer/src/cpu/shells.rs.
+// The twin of renderer/src/cpu/transparent.rs.
 
-#import constants, volume, traveller, pieces, ray, light
+#import constants, volume, traveller, intervals, let_through, ray, light
 #each find_next, compare_next, pass_next, keep_light
 
 // Whether surfaces keep the light from each other.
@@ -37,7 +37,7 @@ fn find_next(v: u32) {
     if covers[v] {
         turn_to(v);
         let t = travellers[v];
-        next[v] = next_crossing(t, share_at(t.way, ray.from_s), share_at(t.way, ray.to_s), t.fresh);
+        next[v] = next_crossing(t.cubic, t.above, share_at(t.way, ray.from_s), share_at(t.way, ray.to_s), t.fresh);
         at_entry[v] = next[v].passes && t.fresh && count_levels(t.cubic.x) != t.above;
     }
 }
@@ -79,12 +79,11 @@ fn pass_next(v: u32) {
     put_behind(lit(base, normal, light_share, next_s), paint.w);
     travellers[v].above += select(-1, 1, rises);
     let fresh = at_entry[v];
-    next[v] = next_crossing(travellers[v], next[v].u, share_at(t.way, ray.to_s), fresh);
+    next[v] = next_crossing(t.cubic, travellers[v].above, next[v].u, share_at(t.way, ray.to_s), fresh);
     at_entry[v] = fresh && next[v].passes && count_levels(t.cubic.x) != travellers[v].above;
 }
 
 // The share of the light that comes to a crossing: each surface on the way keeps of it what it keeps of all that lies behind it.
-// The twin of `share_of_light` in renderer/src/cpu/shadows.rs.
 fn find_share_of_light() {
     each_keep_light();
     light_share = select(0.0, light_share, light_share > DARK);

@@ -1,9 +1,9 @@
 //! Which part of its depth a picture must be looked at for a surface, block by block: from the nearest to the farthest cell that can hold
 //! it and that the block's pixels can see, brick by brick. Rays begin and end there; blocks without such a brick have no rays at all.
 
+use super::cell_masks::CellMasks;
+use super::occupancy::DistanceMap;
 use crate::camera::{Camera, Projection};
-use crate::cell_masks::CellMasks;
-use crate::occupancy::DistanceMap;
 use bregma_field::{BRICK, Grid};
 use glam::{DAffine3, DMat3, DVec3};
 use rayon::prelude::*;

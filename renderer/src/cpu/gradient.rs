@@ -1,60 +1,35 @@
-//! Reading samples for sixteen rays: the corners of their cells, and what lies around a hit.
+//! Gradients of the interpolant: its own, which changes abruptly from cell to cell, and a smooth one.
+//!
+//! The twin of `shaders/gradient.wgsl`.
 
-use crate::lanes::{Floats, Ints, LANES, Mask, Vecs, axes, mix, numbers};
-use crate::roots::spline::Taps;
-use bregma_field::{AnyBlock, Block, Sample, Store, Surface, with_block};
+use super::cells::CellPass;
+use super::samples::{Source, around};
+use crate::frame::FrameLayer;
+use crate::lanes::{Floats, Ints, LANES, Mask, Vecs, axes, lerp, mix, numbers};
+use bregma_field::{Block, Sample, with_block};
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
-/// Where samples come from.
-#[derive(Clone, Copy)]
-pub(crate) enum Source<'a> {
-    Samples(AnyBlock<'a>),
-    /// From nowhere, to time a walk that fetches nothing.
-    Nothing,
+/// The gradient of the trilinear interpolant of corner values, in index space.
+#[inline(always)]
+pub(super) fn gradient<S: Simd>(f: &[Floats<S>; 8], p: &Vecs<S>) -> Vecs<S> {
+    let [x, y, z] = *p;
+    [
+        mix(mix(f[1] - f[0], f[3] - f[2], y), mix(f[5] - f[4], f[7] - f[6], y), z),
+        mix(mix(f[2] - f[0], f[3] - f[1], x), mix(f[6] - f[4], f[7] - f[5], x), z),
+        mix(mix(f[4] - f[0], f[5] - f[1], x), mix(f[6] - f[2], f[7] - f[3], x), y),
+    ]
 }
 
-impl<'a> Source<'a> {
-    /// The samples of a surface, all of them.
-    pub fn of(surface: &'a Surface) -> Self {
-        Self::Samples(Store::of(&surface.volume).whole())
-    }
+/// The interpolant's gradient at u of the way through cells, in the world, in sample units per mm.
+#[inline(always)]
+pub(super) fn world_gradient<S: Simd>(layer: &FrameLayer, pass: &CellPass<S>, u: Floats<S>) -> Vecs<S> {
+    let g = gradient(&pass.f, &lerp(&pass.start, &pass.end, u));
+    let m = layer.placement.gradient_to_world.to_cols_array_2d();
+    axes!(a => g[0] * m[0][a] + g[1] * m[1][a] + g[2] * m[2][a])
+}
 
-    /// Samples at the corners of a cell, by its lowest, in the lanes of `of`; corner x + 2y + 4z is at (x, y, z).
-    #[inline(always)]
-    pub fn corners<S: Simd>(self, simd: S, cell: &[Ints<S>; 3], of: Mask<S>) -> [Floats<S>; 8] {
-        let mut f = [[0.0; LANES]; 8];
-        if let Self::Samples(samples) = self {
-            let cell = cell.map(Ints::to_array);
-            with_block!(samples, block => {
-                for lane in numbers(of) {
-                    let at = [cell[0][lane], cell[1][lane], cell[2][lane]].map(|n| n as usize);
-                    block.corners(at).into_iter().zip(&mut f).for_each(|(v, f)| f[lane] = v.to_f32());
-                }
-            });
-        }
-        let at = |c: usize| Floats::load_array_ref(simd, &f[c]);
-        [at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7)]
-    }
-
-    /// Samples from the one before cells to the one behind them, in the lanes of `of`; at the grid's border the nearest.
-    #[inline(always)]
-    pub fn taps<S: Simd>(self, dims: [i32; 3], cell: &[Ints<S>; 3], of: Mask<S>) -> Taps {
-        let mut taps = [[0.0; LANES]; 64];
-        if let Self::Samples(samples) = self {
-            let cell = cell.map(Ints::to_array);
-            with_block!(samples, block => {
-                for lane in numbers(of) {
-                    let [xs, ys, zs] = around(dims, [cell[0][lane], cell[1][lane], cell[2][lane]]);
-                    for (n, tap) in taps.iter_mut().enumerate() {
-                        tap[lane] = block.at([xs[n % 4], ys[n / 4 % 4], zs[n / 16]]).to_f32();
-                    }
-                }
-            });
-        }
-        taps
-    }
-
+impl Source<'_> {
     /// Gradient at a point of a cell, in index space: central differences at the corners, interpolated. It is
     /// continuous from cell to cell, which the interpolant's own gradient is not; at the grid's faces it is one-sided.
     #[inline(always)]
@@ -150,13 +125,6 @@ fn difference<S: Simd>(simd: S, v: &Surroundings, axis: usize, n: usize, [p, q]:
         _ => (&v[n][q][p], &v[n + 2][q][p]),
     };
     Floats::load_array_ref(simd, to) - Floats::load_array_ref(simd, from)
-}
-
-/// Along each axis from the one before a cell to the one behind it; at the grid's border the nearest.
-#[inline(always)]
-fn around(dims: [i32; 3], cell: [i32; 3]) -> [[usize; 4]; 3] {
-    let along = |a: usize| [-1, 0, 1, 2].map(|o| (cell[a] + o).clamp(0, dims[a] - 1) as usize);
-    [along(0), along(1), along(2)]
 }
 
 /// The samples from one before a cell to one behind it, but those at the corners of that block; at the grid's border the nearest.

@@ -1,0 +1,66 @@
+//! Reading samples for sixteen rays: the corners of their cells, and what lies around them.
+//!
+//! The twin of `shaders/samples.wgsl`.
+
+use crate::lanes::{Floats, Ints, LANES, Mask, numbers};
+use crate::roots::spline::Taps;
+use bregma_field::{AnyBlock, Sample, Store, Surface, with_block};
+use fearless_simd::Simd;
+use fearless_simd::prelude::*;
+
+/// Where samples come from.
+#[derive(Clone, Copy)]
+pub(crate) enum Source<'a> {
+    Samples(AnyBlock<'a>),
+    /// From nowhere, to time a walk that fetches nothing.
+    Nothing,
+}
+
+impl<'a> Source<'a> {
+    /// The samples of a surface, all of them.
+    pub fn of(surface: &'a Surface) -> Self {
+        Self::Samples(Store::of(&surface.volume).whole())
+    }
+
+    /// Samples at the corners of a cell, by its lowest, in the lanes of `of`; corner x + 2y + 4z is at (x, y, z).
+    #[inline(always)]
+    pub fn corners<S: Simd>(self, simd: S, cell: &[Ints<S>; 3], of: Mask<S>) -> [Floats<S>; 8] {
+        let mut f = [[0.0; LANES]; 8];
+        if let Self::Samples(samples) = self {
+            let cell = cell.map(Ints::to_array);
+            with_block!(samples, block => {
+                for lane in numbers(of) {
+                    let at = [cell[0][lane], cell[1][lane], cell[2][lane]].map(|n| n as usize);
+                    block.corners(at).into_iter().zip(&mut f).for_each(|(v, f)| f[lane] = v.to_f32());
+                }
+            });
+        }
+        let at = |c: usize| Floats::load_array_ref(simd, &f[c]);
+        [at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7)]
+    }
+
+    /// Samples from the one before cells to the one behind them, in the lanes of `of`; at the grid's border the nearest.
+    #[inline(always)]
+    pub fn taps<S: Simd>(self, dims: [i32; 3], cell: &[Ints<S>; 3], of: Mask<S>) -> Taps {
+        let mut taps = [[0.0; LANES]; 64];
+        if let Self::Samples(samples) = self {
+            let cell = cell.map(Ints::to_array);
+            with_block!(samples, block => {
+                for lane in numbers(of) {
+                    let [xs, ys, zs] = around(dims, [cell[0][lane], cell[1][lane], cell[2][lane]]);
+                    for (n, tap) in taps.iter_mut().enumerate() {
+                        tap[lane] = block.at([xs[n % 4], ys[n / 4 % 4], zs[n / 16]]).to_f32();
+                    }
+                }
+            });
+        }
+        taps
+    }
+}
+
+/// Along each axis from the one before a cell to the one behind it; at the grid's border the nearest.
+#[inline(always)]
+pub(super) fn around(dims: [i32; 3], cell: [i32; 3]) -> [[usize; 4]; 3] {
+    let along = |a: usize| [-1, 0, 1, 2].map(|o| (cell[a] + o).clamp(0, dims[a] - 1) as usize);
+    [along(0), along(1), along(2)]
+}

@@ -1,0 +1,81 @@
+//! What is kept of the surfaces drawn last, so that the next picture of them need not work it out again.
+
+use super::{CellMasks, DistanceMap};
+use crate::InstructionSet;
+use bregma_field::{AnyBlock, RangeBricks, Samples, Store, Surface, Volume, spline};
+use std::sync::Arc;
+
+/// What is known of the surfaces drawn last: where they can be.
+#[derive(Debug)]
+pub(crate) struct MapCache {
+    /// What they are made with.
+    instructions: InstructionSet,
+    known: Vec<(Arc<Volume>, f64, Maps)>,
+    /// Of the volumes that are drawn as splines the coefficients.
+    splines: Vec<(Arc<Volume>, Arc<Volume>)>,
+}
+
+type Maps = (Arc<DistanceMap>, Arc<CellMasks>);
+
+impl MapCache {
+    /// With nothing known yet.
+    pub fn new(instructions: InstructionSet) -> Self {
+        Self { instructions, known: vec![], splines: vec![] }
+    }
+
+    /// The coefficients of the spline through a volume's samples.
+    pub fn spline(&mut self, volume: &Arc<Volume>) -> Arc<Volume> {
+        if let Some((_, known)) = self.splines.iter().find(|(of, _)| Arc::ptr_eq(of, volume)) {
+            return Arc::clone(known);
+        }
+        let coefficients = Arc::new(spline::coefficients(volume));
+        self.splines.push((Arc::clone(volume), Arc::clone(&coefficients)));
+        coefficients
+    }
+
+    /// Where a surface can be.
+    pub fn get(&mut self, surface: &Surface) -> Maps {
+        let known = self.known.iter().find(|(v, level, _)| is_of(surface, v, *level));
+        if let Some((.., maps)) = known {
+            return maps.clone();
+        }
+        let (volume, level, sign) = (&surface.volume, surface.level as f32, surface.sign);
+        let dims = volume.grid().dims();
+        let of = |bricks: &RangeBricks, store: Store<'_>| {
+            let map = DistanceMap::build(bricks, level, sign);
+            let masks = CellMasks::build(self.instructions, store, &map, level, sign);
+            (Arc::new(map), Arc::new(masks))
+        };
+        let store = Store::of(volume);
+        let maps = match store.whole() {
+            // A spline reaches beyond the corners of its cells.
+            AnyBlock::F32(coefficients) if self.splines.iter().any(|(_, spline)| Arc::ptr_eq(spline, volume)) => {
+                let hull = spline::hull(coefficients.onward([0; 3]), dims, sign);
+                of(&RangeBricks::build(&hull, dims), Store::new(&Samples::F32(hull), dims))
+            }
+            _ => of(volume.bricks(), store),
+        };
+        self.known.push((Arc::clone(volume), surface.level, maps.clone()));
+        maps
+    }
+
+    /// Memory that they take.
+    pub fn bytes(&self) -> usize {
+        let maps = self.known.iter().map(|(.., (map, masks))| map.bytes() + masks.bytes());
+        let splines = self.splines.iter().map(|(_, spline)| spline.sample_bytes() + spline.index_bytes());
+        maps.sum::<usize>() + splines.sum::<usize>()
+    }
+
+    /// Forgets all but what is known of some surfaces, and of splines through some volumes, which others may draw by turns.
+    pub fn keep_only(&mut self, surfaces: &[(usize, Surface)], splines: &[Arc<Volume>]) {
+        self.splines.retain(|(of, _)| splines.iter().any(|volume| Arc::ptr_eq(of, volume)));
+        let is_spline = |volume: &Arc<Volume>| self.splines.iter().any(|(_, spline)| Arc::ptr_eq(spline, volume));
+        let is_drawn = |volume: &Arc<Volume>, level| surfaces.iter().any(|(_, s)| is_of(s, volume, level));
+        let has_newer = |volume: &Arc<Volume>| surfaces.iter().any(|(_, s)| Arc::ptr_eq(&s.volume, volume));
+        self.known.retain(|(v, level, _)| is_drawn(v, *level) || is_spline(v) && !has_newer(v));
+    }
+}
+
+fn is_of(surface: &Surface, volume: &Arc<Volume>, level: f64) -> bool {
+    Arc::ptr_eq(&surface.volume, volume) && surface.level == level
+}
