@@ -3,8 +3,8 @@
 
 #import constants, line, volume, blocks, hits, walk, cells, cuts, cubic, bernstein, gradient
 
-// Whether it is the largest value and not the integral, and whether of the gradient's magnitude and not of the value.
-override IS_MAX: bool;
+// 1 where it is the largest value, 0 where it is the integral; and whether of the gradient's magnitude and not of the value.
+override EXTREME: f32;
 override OF_GRADIENT: bool;
 
 // For each pixel the largest value or the integral over depth, the depth over which that is, and whether the ray has met the volume; relative
@@ -33,7 +33,7 @@ fn project(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
             } else {
                 one = of_values(way, value, found > 0.0);
             }
-            if IS_MAX {
+            if EXTREME != 0.0 {
                 value = select(value, one, found == 0.0 || one > value);
             } else {
                 let added = one * length - lost;
@@ -51,7 +51,7 @@ fn project(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
 // The largest or the mean of the values in a cell; a largest that is not above a known one may be any that is not.
 fn of_values(way: CellPass, known: f32, is_known: bool) -> f32 {
     let b = bernstein(way.lower, way.upper, way.start, way.end);
-    if !IS_MAX {
+    if EXTREME == 0.0 {
         return (b.x + b.y + b.z + b.w) * 0.25;
     }
     let ends = max(b.x, b.w);
@@ -64,7 +64,7 @@ fn of_values(way: CellPass, known: f32, is_known: bool) -> f32 {
 
 // The largest or the mean of the gradient's magnitude in a cell, in sample units per mm.
 fn of_gradient(way: CellPass) -> f32 {
-    if !IS_MAX {
+    if EXTREME == 0.0 {
         let at = vec4<f32>(magnitude(way, GAUSS_NODES.x), magnitude(way, GAUSS_NODES.y), magnitude(way, GAUSS_NODES.z), magnitude(way, GAUSS_NODES.w));
         return dot(at, GAUSS_WEIGHTS);
     }

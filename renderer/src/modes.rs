@@ -52,6 +52,16 @@ pub enum RayValue {
     Integral,
 }
 
+impl RayValue {
+    /// What values are multiplied with so that the one that is sought is the largest; none where it is a sum of them all.
+    pub(crate) fn extreme(self) -> Option<f32> {
+        match self {
+            Self::Max => Some(1.0),
+            Self::Mean | Self::Integral => None,
+        }
+    }
+}
+
 /// A setting of a scene that counts in some modes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Setting {

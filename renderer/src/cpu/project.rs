@@ -51,7 +51,7 @@ pub(super) fn project<S: Simd>(
         let pass = pass.until(part.s_max);
         let length = pass.s[1] - pass.s[0];
         let of = if by_gradient { of_gradient(sought, layer, &pass) } else { of_values(simd, sought, &pass, all.value, walking) };
-        if sought == RayValue::Max {
+        if sought.extreme().is_some() {
             let is_larger = walking & (!all.found | of.simd_gt(all.value));
             all.value = is_larger.select(of, all.value);
         } else {
@@ -60,7 +60,7 @@ pub(super) fn project<S: Simd>(
         }
         all.found |= walking;
     }
-    if sought != RayValue::Max {
+    if sought.extreme().is_none() {
         (all.value, all.depth) = (value.to_floats(), depth.to_floats());
     }
     all
@@ -70,7 +70,7 @@ pub(super) fn project<S: Simd>(
 #[inline(always)]
 fn of_values<S: Simd>(simd: S, sought: RayValue, pass: &CellPass<S>, known: Floats<S>, of: Mask<S>) -> Floats<S> {
     let b = bernstein(&pass.f, &pass.start, &pass.end);
-    if sought != RayValue::Max {
+    if sought.extreme().is_none() {
         return (b[0] + b[1] + b[2] + b[3]) * 0.25;
     }
     let ends = b[0].max(b[3]);
@@ -90,7 +90,7 @@ pub(crate) const INTERVALS: usize = 8;
 fn of_gradient<S: Simd>(sought: RayValue, layer: &FrameLayer, pass: &CellPass<S>) -> Floats<S> {
     let simd = pass.f[0].token();
     let splat = |v: f32| Floats::splat(simd, v);
-    if sought != RayValue::Max {
+    if sought.extreme().is_none() {
         let mut mean = splat(0.0);
         for n in 0..4 {
             mean += magnitude(layer, pass, splat(NODES[n])) * WEIGHTS[n];

@@ -6,7 +6,7 @@ use super::device::{Gpu, GpuError};
 use super::layout::{Block, UNFINISHED};
 use super::plan::{Plan, VolumeOnGpu};
 use super::shader::{Reads, link};
-use super::{GpuRenderer, Parts, Projected, bindings};
+use super::{GpuRenderer, Parts, bindings};
 use crate::cpu::{dvr_exact, dvr_steps, transparent};
 use crate::frame::Frame;
 use crate::modes::RayValue;
@@ -108,7 +108,7 @@ impl GpuRenderer {
         let mut gathered = vec![[f32::NAN; 2]; width as usize * height as usize * count];
         let passes: Vec<usize> = (0..count).filter(|&n| !frame.layers[n].placement.surface.grid.is_flat()).collect();
         let plan = self.plan(frame, scene, width, height, count)?;
-        let parts = Parts::Project(Projected { is_max: of == RayValue::Max, of_gradient: scene.of_gradient });
+        let parts = Parts::Project { of, by_gradient: scene.of_gradient };
         let (hits, back) = (hit_buffer(&self.gpu, plan.pixels() * count), readback(&self.gpu, &plan));
         for blocks in plan.batches() {
             for (own, &layer) in plan.trace.iter().enumerate().zip(&passes) {

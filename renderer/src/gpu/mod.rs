@@ -23,7 +23,7 @@ use pipelines::{Pipelines, Target};
 use shader::{Reads, link};
 
 use crate::frame::Frame;
-use crate::modes::Gather;
+use crate::modes::{Gather, RayValue};
 use crate::roots::{Method, Solver, Steps};
 use crate::scene::{Picture, Scene};
 use crate::skip::{CellMasks, DistanceMap, MapCache};
@@ -47,16 +47,7 @@ enum Parts {
     /// Everything, for rays to the light.
     Shadow,
     /// Through the whole volume, to one number.
-    Project(Projected),
-}
-
-/// What is gathered of a volume.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Projected {
-    /// The largest value, and not the integral.
-    is_max: bool,
-    /// Of the gradient's magnitude, and not of the value.
-    of_gradient: bool,
+    Project { of: RayValue, by_gradient: bool },
 }
 
 /// The file that has a solver's `first_entry` in a segment of a cell, and the numbers that it is compiled with.
@@ -102,8 +93,8 @@ fn trace_shader(reads: Reads, method: Method, parts: Parts) -> (String, &'static
     }
     let (module, entry) = match parts {
         Parts::Shadow => ("shadows", "shadow"),
-        Parts::Project(Projected { is_max, of_gradient }) => {
-            numbers = vec![("IS_MAX", f64::from(u8::from(is_max))), ("OF_GRADIENT", f64::from(u8::from(of_gradient)))];
+        Parts::Project { of, by_gradient } => {
+            numbers = vec![("EXTREME", f64::from(of.extreme().unwrap_or(0.0))), ("OF_GRADIENT", f64::from(u8::from(by_gradient)))];
             ("project", "project")
         }
         _ => ("trace", "trace"),
@@ -244,12 +235,12 @@ mod tests {
         let all_reads = [Component::U32, Component::I32, Component::F32]
             .map(|component| [false, true].map(|in_layers| Reads { component, in_layers }))
             .concat();
-        let projections = [(true, true), (true, false), (false, true), (false, false)];
-        let projections = projections.map(|(is_max, of_gradient)| Parts::Project(Projected { is_max, of_gradient }));
+        let projections = [(RayValue::Max, true), (RayValue::Max, false), (RayValue::Mean, true), (RayValue::Mean, false)];
+        let projections = projections.map(|(of, by_gradient)| Parts::Project { of, by_gradient });
         for method in Solver::ALL.map(Method::Solver).into_iter().chain([Method::Spline]) {
             for parts in [Parts::Walk, Parts::Fetch, Parts::Solve, Parts::Shadow].into_iter().chain(projections) {
                 // Projections have no solver.
-                if matches!(parts, Parts::Project(_)) && method != Method::Solver(Solver::Exact) {
+                if matches!(parts, Parts::Project { .. }) && method != Method::Solver(Solver::Exact) {
                     continue;
                 }
                 for reads in &all_reads {
