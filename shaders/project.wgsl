@@ -1,13 +1,13 @@
-// Maximum and integral of the interpolant along rays, or of its gradient's magnitude.
+// Maximum, minimum and integral of the interpolant along rays, or of its gradient's magnitude.
 // The twin of renderer/src/cpu/project.rs.
 
 #import constants, line, volume, blocks, hits, walk, cells, cuts, cubic, bernstein, gradient
 
-// 1 where it is the largest value, 0 where it is the integral; and whether of the gradient's magnitude and not of the value.
+// 1 where it is the largest value, -1 where the smallest, 0 where it is the integral; and whether of the gradient's magnitude and not of the value.
 override EXTREME: f32;
 override OF_GRADIENT: bool;
 
-// For each pixel the largest value or the integral over depth, the depth over which that is, and whether the ray has met the volume; relative
+// For each pixel the extreme value or the integral over depth, the depth over which that is, and whether the ray has met the volume; relative
 // to the level, in sample units, and of gradients in these per mm.
 @compute @workgroup_size(BLOCK_PIXELS)
 fn project(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) n: u32) {
@@ -45,15 +45,19 @@ fn project(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
             found = 1.0;
         }
     }
+    if EXTREME != 0.0 {
+        value *= EXTREME;
+    }
     hits[params.pass_number * params.stride + group.x * BLOCK_PIXELS + n] = vec4<f32>(value, depth, 0.0, found);
 }
 
-// The largest or the mean of the values in a cell; a largest that is not above a known one may be any that is not.
+// The extreme, times its side, or the mean of the values in a cell; an extreme that is not above a known one may be any that is not.
 fn of_values(way: CellPass, known: f32, is_known: bool) -> f32 {
-    let b = bernstein(way.lower, way.upper, way.start, way.end);
+    let values = bernstein(way.lower, way.upper, way.start, way.end);
     if EXTREME == 0.0 {
-        return (b.x + b.y + b.z + b.w) * 0.25;
+        return (values.x + values.y + values.z + values.w) * 0.25;
     }
+    let b = values * EXTREME;
     let ends = max(b.x, b.w);
     if max(b.y, b.z) <= select(ends, max(ends, known), is_known) {
         return ends;
@@ -62,24 +66,24 @@ fn of_values(way: CellPass, known: f32, is_known: bool) -> f32 {
     return max(ends, max(cubic_value(b, turns.x), cubic_value(b, turns.y)));
 }
 
-// The largest or the mean of the gradient's magnitude in a cell, in sample units per mm.
+// The extreme, times its side, or the mean of the gradient's magnitude in a cell, in sample units per mm.
 fn of_gradient(way: CellPass) -> f32 {
     if EXTREME == 0.0 {
         let at = vec4<f32>(magnitude(way, GAUSS_NODES.x), magnitude(way, GAUSS_NODES.y), magnitude(way, GAUSS_NODES.z), magnitude(way, GAUSS_NODES.w));
         return dot(at, GAUSS_WEIGHTS);
     }
     let step = 1.0 / f32(INTERVALS);
-    var before = magnitude(way, 0.0);
-    var here = magnitude(way, step);
+    var before = EXTREME * magnitude(way, 0.0);
+    var here = EXTREME * magnitude(way, step);
     var largest = max(before, here);
     for (var n = 1u; n < INTERVALS; n++) {
-        let after = magnitude(way, f32(n + 1u) * step);
+        let after = EXTREME * magnitude(way, f32(n + 1u) * step);
         let bend = before - 2.0 * here + after;
         var top = 0.0;
         if bend < 0.0 {
             top = clamp(0.5 * (before - after) / bend, -1.0, 1.0);
         }
-        largest = max(largest, max(after, magnitude(way, (top + f32(n)) * step)));
+        largest = max(largest, max(after, EXTREME * magnitude(way, (top + f32(n)) * step)));
         before = here;
         here = after;
     }

@@ -19,6 +19,8 @@ named! {
         Dvr = "dvr",
         /// The largest value along the ray.
         Max = "max",
+        /// The smallest value along the ray.
+        Min = "min",
         /// The mean of the values along the ray.
         Mean = "mean",
         /// The integral of the values along the ray, drawn by Beer's law.
@@ -46,6 +48,8 @@ pub enum Gather {
 pub enum RayValue {
     /// The largest value.
     Max,
+    /// The smallest value.
+    Min,
     /// The mean of the values.
     Mean,
     /// Their integral over the length, mm.
@@ -57,6 +61,7 @@ impl RayValue {
     pub(crate) fn extreme(self) -> Option<f32> {
         match self {
             Self::Max => Some(1.0),
+            Self::Min => Some(-1.0),
             Self::Mean | Self::Integral => None,
         }
     }
@@ -121,6 +126,12 @@ impl Mode {
                 "Maximum",
                 "The largest value along each line of sight: metal and enamel stand out, sutures are dark lines",
                 Gather::Number(RayValue::Max),
+                &[Numbers],
+            ),
+            Self::Min => row(
+                "Minimum",
+                "The smallest value along each line of sight: air and canals stand out",
+                Gather::Number(RayValue::Min),
                 &[Numbers],
             ),
             Self::Mean => row("Mean", "The mean of the values along each line of sight", Gather::Number(RayValue::Mean), &[Numbers]),

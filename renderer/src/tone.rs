@@ -33,7 +33,7 @@ pub(crate) fn colored(frame: &Frame, scene: &Scene, of: RayValue, [width, height
         let mm = frame.world_rays.direction.at(n as u32 % width, n as u32 / width).length();
         let length_mm = depth * mm;
         let value = match of {
-            RayValue::Max => value + at,
+            RayValue::Max | RayValue::Min => value + at,
             RayValue::Mean => at + if depth > 0.0 { value / depth } else { 0.0 },
             RayValue::Integral => (value + at * depth) * mm,
         };
@@ -55,11 +55,13 @@ pub(crate) fn colored(frame: &Frame, scene: &Scene, of: RayValue, [width, height
         // A film is the blacker, the less it was shielded (Beer); bone is white, as on a light box.
         if of == RayValue::Integral { (-FILM * b).exp_m1() / (-FILM).exp_m1() } else { b }
     };
+    // Of several volumes the one with the extreme is named.
+    let side = of.extreme().map_or(1.0, f64::from);
     picture.rgba.par_iter_mut().zip(&mut picture.volume_id).enumerate().for_each(|(n, (rgba, id))| {
         let (mut color, mut best) = ([0.0_f32; 3], None::<f64>);
         for (layer, value) in frame.layers.iter().zip(values_of(n)) {
             let Some(Value { seen: value, .. }) = value else { continue };
-            if best.is_none_or(|b| value > b) {
+            if best.is_none_or(|b| side * value > side * b) {
                 (best, *id) = (Some(value), (layer.placement.index + 1) as u8);
             }
             // One volume is grey; of several each has its colour, and they add up.
@@ -83,6 +85,7 @@ fn of_all(of: RayValue, values: impl Iterator<Item = Value>) -> f64 {
     for one in values {
         match of {
             RayValue::Max => result = if any { one.value.max(result) } else { one.value },
+            RayValue::Min => result = if any { one.value.min(result) } else { one.value },
             RayValue::Mean => result += one.value * one.length_mm,
             RayValue::Integral => result += one.value,
         }
@@ -92,6 +95,6 @@ fn of_all(of: RayValue, values: impl Iterator<Item = Value>) -> f64 {
         _ if !any => f64::NAN,
         RayValue::Mean if length_mm > 0.0 => result / length_mm,
         RayValue::Mean => f64::NAN,
-        RayValue::Max | RayValue::Integral => result,
+        RayValue::Max | RayValue::Min | RayValue::Integral => result,
     }
 }

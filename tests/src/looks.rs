@@ -48,7 +48,7 @@ pub fn looks(pair: &Scene) -> Vec<(&'static str, Scene)> {
             }
             add("dvr, thin, by gradient", thin);
         }
-        for mode in [Mode::Max, Mode::Mean, Mode::Xray] {
+        for mode in [Mode::Max, Mode::Min, Mode::Mean, Mode::Xray] {
             add("projection", base(mode));
             add("projection of the gradient", Scene { of_gradient: true, ..base(mode) });
         }

@@ -127,13 +127,14 @@ fn check_projection(volumes: &[Arc<Volume>], scene: &Scene, renderer: &mut dyn R
             let (value, gradient) = interpolant(v, layer.transform, ray.at(*t).0).unwrap_or((f64::NAN, DVec3::NAN));
             if scene.of_gradient { gradient.length() } else { value }
         };
-        // The largest may be a kink at a cell's face, which no even points meet.
-        let faces = if scene.mode == Mode::Max { faces(v, layer.transform, &ray) } else { vec![] };
+        // An extreme may be a kink at a cell's face, which no even points meet.
+        let faces = if matches!(scene.mode, Mode::Max | Mode::Min) { faces(v, layer.transform, &ray) } else { vec![] };
         let within = faces.iter().filter(|t| (points[0] - part..points[points.len() - 1] + part).contains(t));
         let values: Vec<f64> = points.iter().chain(within).map(of).filter(|v| !v.is_nan()).collect();
         let mean = values.iter().sum::<f64>() / values.len() as f64;
         let off = match scene.mode {
             Mode::Max => (values.iter().copied().fold(f64::MIN, f64::max) - found).abs() / scale,
+            Mode::Min => (values.iter().copied().fold(f64::MAX, f64::min) - found).abs() / scale,
             Mode::Mean => (mean - found).abs() / mean.abs().max(0.01 * scale),
             _ => {
                 let length = points.len() as f64 * part;
@@ -162,13 +163,13 @@ fn projections_equal_a_quadrature() {
     // Fails if a cell is left out or counted twice, if a cubic is averaged wrongly, or if depth is taken for length.
     let volumes = [rough(4)];
     for of_gradient in [false, true] {
-        for mode in [Mode::Max, Mode::Mean, Mode::Xray] {
+        for mode in [Mode::Max, Mode::Min, Mode::Mean, Mode::Xray] {
             let scene = Scene { of_gradient, ..scene_of(&volumes, mode) };
             let cpu_off = check_projection(&volumes, &scene, &mut CpuRenderer::default(), 0.002, 150);
             let gpu_off = check_projection(&volumes, &scene, &mut gpu(), 0.002, 150);
             println!("{mode:?}, gradient {of_gradient}: largest difference {cpu_off:.1e} on cpu, {gpu_off:.1e} on gpu");
             // A kink of the quadrature's own at a cell's face, where the gradient jumps, weighs as much as its part.
-            let allowed = if mode == Mode::Max && !of_gradient { 1e-4 } else { 1e-3 };
+            let allowed = if matches!(mode, Mode::Max | Mode::Min) && !of_gradient { 1e-4 } else { 1e-3 };
             assert!(cpu_off < allowed && gpu_off < allowed);
         }
     }
@@ -180,11 +181,11 @@ fn projections_of_real_scans_equal_a_quadrature() {
     for file in ["cthead-unc/CThead.nhdr", "cranium-invesalius/Cranium.nhdr", "classic/bonsai.nii.gz"] {
         let source = Source { file: data.join(file), ..Source::default() };
         let opened = Opened::read(&[source], &Progress::default()).unwrap();
-        for mode in [Mode::Max, Mode::Mean, Mode::Xray] {
+        for mode in [Mode::Max, Mode::Min, Mode::Mean, Mode::Xray] {
             let scene = scene_of(&opened.volumes, mode);
             let cpu_off = check_projection(&opened.volumes, &scene, &mut CpuRenderer::default(), 0.01, 100);
             let gpu_off = check_projection(&opened.volumes, &scene, &mut gpu(), 0.01, 100);
-            let allowed = if mode == Mode::Max { 1e-4 } else { 1e-3 };
+            let allowed = if matches!(mode, Mode::Max | Mode::Min) { 1e-4 } else { 1e-3 };
             println!("{file}, {mode:?}: largest difference {cpu_off:.1e} on cpu, {gpu_off:.1e} on gpu, {allowed:.0e} allowed");
             assert!(cpu_off < allowed && gpu_off < allowed, "{file} {mode:?}");
         }

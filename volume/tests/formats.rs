@@ -168,7 +168,7 @@ fn what_is_written_is_read_back() {
         assert!(!bytes.windows(6).any(|w| w == b"SECRET") && !bytes.windows(8).any(|w| w == b"19010203"), "{name} names the person");
     }
     let wrong = write(&folder.0.join("m.doc"), &volume, &Progress::default()).unwrap_err().to_string();
-    assert!(wrong.contains("m.doc: end the name in .nrrd"), "{wrong}");
+    assert!(wrong.contains("m.doc: end the name in one of .nrrd, .nii, .nii.gz"), "{wrong}");
 }
 
 /// Opens a folder of DICOM files.

@@ -1,4 +1,4 @@
-//! Maximum, mean and integral of the interpolant along rays, or of its gradient's magnitude: cell by cell, and exact for the values.
+//! Maximum, minimum, mean and integral of the interpolant along rays, or of its gradient's magnitude: cell by cell, and exact for the values.
 //!
 //! The twin of `shaders/project.wgsl`.
 
@@ -21,7 +21,7 @@ use fearless_simd::prelude::*;
 pub(super) struct Projected<S: Simd> {
     /// Which rays have met the volume.
     pub found: Mask<S>,
-    /// The largest value, or the integral over depth.
+    /// The extreme value, or the integral over depth.
     pub value: Floats<S>,
     /// Depth over which it was integrated, mm.
     pub depth: Floats<S>,
@@ -60,19 +60,22 @@ pub(super) fn project<S: Simd>(
         }
         all.found |= walking;
     }
-    if sought.extreme().is_none() {
-        (all.value, all.depth) = (value.to_floats(), depth.to_floats());
+    match sought.extreme() {
+        Some(side) => all.value = all.value * side,
+        None => (all.value, all.depth) = (value.to_floats(), depth.to_floats()),
     }
     all
 }
 
-/// The largest or the mean of the values in the cells; a largest that is not above `known` may be any that is not.
+/// The extreme, times its side, or the mean of the values in the cells; an extreme that is not above `known` may be any that is not.
 #[inline(always)]
 fn of_values<S: Simd>(simd: S, sought: RayValue, pass: &CellPass<S>, known: Floats<S>, of: Mask<S>) -> Floats<S> {
     let b = bernstein(&pass.f, &pass.start, &pass.end);
-    if sought.extreme().is_none() {
-        return (b[0] + b[1] + b[2] + b[3]) * 0.25;
-    }
+    let Some(side) = sought.extreme() else { return (b[0] + b[1] + b[2] + b[3]) * 0.25 };
+    let b = b.map(
+        #[inline(always)]
+        |c| c * side,
+    );
     let ends = b[0].max(b[3]);
     // The curve stays below its coefficients.
     if !(of & b[1].max(b[2]).simd_gt(ends.max(known))).any_true() {
@@ -85,27 +88,27 @@ fn of_values<S: Simd>(simd: S, sought: RayValue, pass: &CellPass<S>, known: Floa
 /// Intervals of a cell whose ends are looked at for the largest gradient; between three the parabola through them is followed.
 pub(crate) const INTERVALS: usize = 8;
 
-/// The largest or the mean of the gradient's magnitude in the cells, in sample units per mm.
+/// The extreme, times its side, or the mean of the gradient's magnitude in the cells, in sample units per mm.
 #[inline(always)]
 fn of_gradient<S: Simd>(sought: RayValue, layer: &FrameLayer, pass: &CellPass<S>) -> Floats<S> {
     let simd = pass.f[0].token();
     let splat = |v: f32| Floats::splat(simd, v);
-    if sought.extreme().is_none() {
+    let Some(side) = sought.extreme() else {
         let mut mean = splat(0.0);
         for n in 0..4 {
             mean += magnitude(layer, pass, splat(NODES[n])) * WEIGHTS[n];
         }
         return mean;
-    }
+    };
     let step = 1.0 / INTERVALS as f32;
-    let (mut before, mut here) = (magnitude(layer, pass, splat(0.0)), magnitude(layer, pass, splat(step)));
+    let (mut before, mut here) = (magnitude(layer, pass, splat(0.0)) * side, magnitude(layer, pass, splat(step)) * side);
     let mut largest = before.max(here);
     for n in 1..INTERVALS {
-        let after = magnitude(layer, pass, splat((n + 1) as f32 * step));
+        let after = magnitude(layer, pass, splat((n + 1) as f32 * step)) * side;
         // Where the parabola through the three has its top.
         let bend = before - 2.0 * here + after;
         let top = bend.simd_lt(0.0).select(0.5 * (before - after) / bend, splat(0.0)).max(-1.0).min(1.0);
-        largest = largest.max(after).max(magnitude(layer, pass, (top + n as f32) * step));
+        largest = largest.max(after).max(magnitude(layer, pass, (top + n as f32) * step) * side);
         (before, here) = (here, after);
     }
     largest

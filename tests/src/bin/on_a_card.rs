@@ -115,6 +115,7 @@ fn times(pair: &Opened, cpu: &mut CpuRenderer, gpu: &mut GpuRenderer) -> Result<
         ("dvr, steps", base(Mode::Dvr)),
         ("dvr, exact", exact),
         ("max", base(Mode::Max)),
+        ("min", base(Mode::Min)),
         ("mean", base(Mode::Mean)),
         ("xray", base(Mode::Xray)),
     ];

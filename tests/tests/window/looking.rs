@@ -63,6 +63,7 @@ fn every_mode_is_chosen_drawn_and_undone_with_only_its_own_controls() {
         ("Overlay", Mode::Overlay, "Opacity of skull A", "Inside in another colour"),
         ("Volume", Mode::Dvr, "Transfer function of skull A", "Shadows"),
         ("Maximum", Mode::Max, "Of the gradient", "Depth cue"),
+        ("Minimum", Mode::Min, "Automatic contrast", "Depth cue"),
         ("Mean", Mode::Mean, "Automatic contrast", "Transfer function of skull A"),
         ("X-ray", Mode::Xray, "Of the gradient", "Opacity of skull A"),
     ] {
@@ -82,13 +83,13 @@ fn every_mode_is_chosen_drawn_and_undone_with_only_its_own_controls() {
     assert!(own.width > 0.0);
     window.get_by_role_and_label(Role::SpinButton, "Window width").set_value_accesskit(own.width * 0.5);
     settle(&mut window);
-    assert!(changed(&seen[6], &pixels(&window)) > 1000);
+    assert!(changed(&seen[7], &pixels(&window)) > 1000);
     for expected in [Some(own), None] {
         undo(&mut window);
         assert_eq!(window.state().scene().window, expected);
     }
     choose(&mut window, Role::CheckBox, "Of the gradient");
-    assert!(window.state().scene().of_gradient && changed(&seen[6], &pixels(&window)) > 1000);
+    assert!(window.state().scene().of_gradient && changed(&seen[7], &pixels(&window)) > 1000);
     undo(&mut window);
     undo(&mut window);
     assert_eq!(window.state().scene().mode, Mode::Mean);
