@@ -132,3 +132,74 @@ pub(super) fn gradient<S: Simd>(f: &[Floats<S>; 8], p: &Vecs<S>) -> Vecs<S> {
         mix(mix(f[4] - f[0], f[5] - f[1], x), mix(f[6] - f[2], f[7] - f[3], x), y),
     ]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lanes::LANES;
+    use crate::roots::tests::trilinear_f64;
+    use bregma_synthetic::Random;
+    use fearless_simd::{Level, dispatch};
+    use glam::DVec3;
+
+    /// Corners of a cell, and where rays enter and leave it.
+    type Cell = ([f32; 8], [f32; 3], [f32; 3]);
+
+    fn cell(r: &mut Random) -> Cell {
+        let mut place = || std::array::from_fn(|_| r.unit() as f32);
+        let (from, to) = (place(), place());
+        (std::array::from_fn(|_| (2.0 * r.unit() - 1.0) as f32), from, to)
+    }
+
+    fn crossing<S: Simd>(simd: S, (f, from, to): &Cell) -> Crossing<S> {
+        let splat = |v: f32| Floats::splat(simd, v);
+        Crossing { f: f.map(splat), start: from.map(splat), end: to.map(splat), ..Crossing::nowhere(simd) }
+    }
+
+    fn point(p: [f32; 3]) -> DVec3 {
+        DVec3::from_array(p.map(f64::from))
+    }
+
+    #[test]
+    fn the_largest_is_reached_by_no_value_on_the_way_and_the_mean_is_their_integral() {
+        // Fails if a turn within the cell is missed, a largest is none of the values, or the mean is not that of the cubic.
+        let mut r = Random(1);
+        for _ in 0..2000 {
+            let cell = cell(&mut r);
+            let known = (4.0 * r.unit() - 2.0) as f32;
+            let [largest, beside, mean] = dispatch!(Level::new(), simd => {
+                let (crossing, all) = (crossing(simd, &cell), Mask::splat(simd, true));
+                let of = |sought, known| of_values(simd, sought, &crossing, Floats::splat(simd, known), all)[LANES - 1];
+                [of(RayValue::Max, -1e30), of(RayValue::Max, known), of(RayValue::Mean, 0.0)]
+            });
+            let at = |u: f64| trilinear_f64(&cell.0, point(cell.1).lerp(point(cell.2), u));
+            let sampled = (0..=200).map(|n| at(f64::from(n) / 200.0)).fold(f64::NEG_INFINITY, f64::max);
+            let largest = f64::from(largest);
+            // Between two samples the curve rises by less than its second derivative allows.
+            assert!(largest > sampled - 1e-6 && largest < sampled + 1e-3, "{cell:?}: {largest}, sampled {sampled}");
+            // Above what is known it is found all the same.
+            assert!((f64::from(beside) - largest).abs() < 1e-6 || largest <= f64::from(known) + 1e-6, "{cell:?} above {known}: {beside}");
+            // Simpson's rule is exact for cubics.
+            let integral = (at(0.0) + 4.0 * at(0.5) + at(1.0)) / 6.0;
+            assert!((f64::from(mean) - integral).abs() < 1e-6, "{cell:?}: {mean} is not {integral}");
+        }
+    }
+
+    #[test]
+    fn a_gradient_is_what_the_interpolant_changes_by() {
+        // Fails if a corner stands at another's place, or an axis is interpolated along itself.
+        let mut r = Random(2);
+        for _ in 0..500 {
+            let (f, p, _) = cell(&mut r);
+            let found = dispatch!(Level::new(), simd => {
+                let splat = |v: f32| Floats::splat(simd, v);
+                gradient(&f.map(splat), &p.map(splat)).map(|g| g[0])
+            });
+            for (axis, found) in DVec3::AXES.into_iter().zip(found) {
+                // Along an axis the interpolant is linear.
+                let change = trilinear_f64(&f, point(p) + 0.5 * axis) - trilinear_f64(&f, point(p) - 0.5 * axis);
+                assert!((f64::from(found) - change).abs() < 1e-5, "{f:?} at {p:?}: {found} is not {change}");
+            }
+        }
+    }
+}
