@@ -141,6 +141,26 @@ pub fn first_wall(surface: &Surface, ray: &Ray) -> Option<[Crossing; 2]> {
 }
 
 /// Every crossing of the ray (t ≥ 0), in order. Entries and exits alternate, beginning with an entry.
+///
+/// ```
+/// use bregma_field::crossings::{Kind, crossings};
+/// use bregma_field::{Grid, Ray, Surface, WorldPoint};
+/// use bregma_synthetic::analytic::Plane;
+/// use glam::{DAffine3, DMat3, DVec3};
+/// use std::sync::Arc;
+///
+/// // Bone is what lies below z = 2.5 mm.
+/// let grid = Grid::new([4, 4, 6], DVec3::ONE, DVec3::ZERO, DMat3::IDENTITY)?;
+/// let slab = Plane { point: DVec3::Z * 2.5, normal: DVec3::Z }.volume(&grid);
+/// let surface = Surface::new(&Arc::new(slab), 0.0, DAffine3::IDENTITY)?;
+/// let ray = Ray::new(WorldPoint(DVec3::new(1.5, 1.5, 10.0)), DVec3::NEG_Z).expect("that is a direction");
+///
+/// let [enter, exit] = crossings(&surface, &ray).try_into().expect("a wall has two sides");
+/// assert!(enter.kind == Kind::Enter && (enter.t_mm - 7.5).abs() <= enter.error_mm);
+/// // There the scan ends, not the bone.
+/// assert!(exit.kind == Kind::Exit && exit.clipped && exit.t_mm == 10.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn crossings(surface: &Surface, ray: &Ray) -> Vec<Crossing> {
     let mut all: Vec<Crossing> = Vec::new();
     walk(surface, ray, &mut |crossing| {

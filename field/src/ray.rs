@@ -4,6 +4,15 @@ use bregma_volume::WorldPoint;
 use glam::DVec3;
 
 /// A ray in the world. Points on it are `origin + t·direction`, t in mm.
+///
+/// ```
+/// use bregma_field::{Ray, WorldPoint};
+/// use glam::DVec3;
+///
+/// let ray = Ray::new(WorldPoint(DVec3::ZERO), DVec3::new(0.0, 3.0, 4.0)).expect("that is a direction");
+/// assert_eq!(ray.at(10.0).0, DVec3::new(0.0, 6.0, 8.0));
+/// assert!(Ray::new(WorldPoint(DVec3::ZERO), DVec3::ZERO).is_none());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
     /// Where t is 0.

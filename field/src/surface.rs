@@ -19,6 +19,19 @@ pub struct Measured {
 }
 
 /// A volume and where it is put: what every tracer takes.
+///
+/// ```
+/// use bregma_field::{Clip, Shape, Surface};
+/// use glam::{DAffine3, DVec3};
+/// use std::sync::Arc;
+///
+/// let skull = bregma_synthetic::skull(bregma_synthetic::Which::A, 16, &Default::default())?;
+/// let whole = Surface::new(&Arc::new(skull), 226.0, DAffine3::IDENTITY)?;
+/// // What is left of its midplane alone.
+/// let half = whole.cut(&[Clip::all(Shape::Plane { normal: DVec3::X, offset_mm: 0.0 })], 0);
+/// assert_eq!(half.region.halves.len(), 1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Surface {
     /// The scan.

@@ -9,6 +9,26 @@ use glam::{DVec3, USizeVec3};
 use rayon::prelude::*;
 
 /// A mesh of triangles.
+///
+/// ```
+/// use bregma_field::{Grid, Surface};
+/// use bregma_measure::mesh::Mesh;
+/// use bregma_measure::thickness::{self, Method, Statistics};
+/// use bregma_synthetic::analytic::Shell;
+/// use glam::{DAffine3, DMat3, DVec3};
+/// use std::sync::Arc;
+///
+/// // A hollow ball with a wall of 4 mm.
+/// let grid = Grid::new([32; 3], DVec3::ONE, DVec3::splat(-15.5), DMat3::IDENTITY)?;
+/// let ball = Shell { centre: DVec3::ZERO, inner_mm: 8.0, outer_mm: 12.0 }.volume(&grid);
+/// let surface = Surface::new(&Arc::new(ball), 0.0, DAffine3::IDENTITY)?;
+///
+/// let mesh = Mesh::of(&surface, &Default::default())?;
+/// let map_mm = thickness::map(&surface, &mesh, Method::Normal, &Default::default())?;
+/// let statistics = Statistics::of(&mesh, &map_mm).expect("all of it has a thickness");
+/// assert!((statistics.mean_mm - 4.0).abs() < 0.1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
     /// LPS mm.

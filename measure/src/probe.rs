@@ -124,6 +124,23 @@ pub fn iso_tolerance(volume: &Volume) -> f64 {
 }
 
 /// Casts the difference ray through the visible ones of `volumes`, as `measured` has one for each, in float64.
+///
+/// ```
+/// use bregma_field::{Measured, Ray, WorldPoint};
+/// use bregma_synthetic::{Which, skull};
+/// use glam::{DAffine3, DVec3};
+/// use std::sync::Arc;
+///
+/// let volumes = [Arc::new(skull(Which::A, 48, &Default::default())?)];
+/// let bone = Measured { iso: 226.0, transform: DAffine3::IDENTITY, residual_mm: None, visible: true };
+/// // From anterior through the frontal bone.
+/// let ray = Ray::new(WorldPoint(DVec3::new(0.0, -150.0, 40.0)), DVec3::Y).expect("that is a direction");
+/// let found = bregma_measure::probe(&volumes, [bone], &ray)?;
+/// let frontal = &found.volumes[0].segments[0];
+/// println!("{:.1} ± {:.1} mm", frontal.length_mm, frontal.uncertainty.error_mm);
+/// assert!(frontal.length_mm > 3.0 && frontal.length_mm < 15.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn probe(
     volumes: &[Arc<Volume>],
     measured: impl IntoIterator<Item = impl Into<Measured>>,

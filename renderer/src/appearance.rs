@@ -135,7 +135,7 @@ impl StepTable {
 }
 
 /// What lies between the paints of the levels around a value.
-fn paint_at(levels: &[f32], paints: &[Vec4], value: f32) -> Vec4 {
+pub(crate) fn paint_at(levels: &[f32], paints: &[Vec4], value: f32) -> Vec4 {
     let above = levels.partition_point(|l| *l <= value);
     match (above.checked_sub(1), levels.get(above)) {
         (Some(a), Some(b)) => paints[a].lerp(paints[above], (value - levels[a]) / (b - levels[a])),

@@ -200,3 +200,91 @@ const MOST_STEPS: f64 = 4_194_304.0;
 fn default_window(volume: &Volume) -> Window {
     if volume.unit() == Unit::Hounsfield { Window { width: 1000.0, level: 400.0 } } else { Window::between(volume.range()) }
 }
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::appearance::paint_at;
+    use crate::camera::Camera;
+    use crate::{Mode, Named};
+    use bregma_field::{Bounds, IndexPoint, Progress};
+    use bregma_synthetic::{Random, Which, skull};
+    use glam::DAffine3;
+
+    fn frames(count: u64, mut check: impl FnMut(&mut Random, &[Arc<Volume>], &Scene, &Frame)) {
+        let volumes = [Which::A, Which::B].map(|which| Arc::new(skull(which, 10, &Progress::default()).unwrap()));
+        let mut maps = MapCache::new(crate::InstructionSet::new());
+        for seed in 0..count {
+            let mut r = Random(seed);
+            // The first numbers of neighbouring seeds are alike.
+            r.unit();
+            let mut scene = Scene::of(&volumes);
+            let mut vector = |size: f64| DVec3::from_array(std::array::from_fn(|_| size * (2.0 * r.unit() - 1.0)));
+            let bounds = Bounds::of(volumes.iter().map(|v| v.grid()));
+            scene.camera = Camera { eye_mm: vector(400.0), target_mm: vector(50.0), ..Camera::orbit(&bounds, 0.0, 0.0) };
+            scene.layers[1].transform = DAffine3::from_axis_angle(vector(1.0).normalize(), 0.3);
+            scene.mode = Mode::ALL[seed as usize % Mode::ALL.len()];
+            let frame = Frame::new(&mut maps, &volumes, &scene, 24, 16).unwrap();
+            check(&mut r, &volumes, &scene, &frame);
+        }
+    }
+
+    #[test]
+    fn the_base_plane_lies_before_all_boxes_and_rays_are_the_same_in_every_space() {
+        // Fails if a corner of a box lies before the base plane, or a layer's rays are not those of the picture in its index space.
+        frames(40, |r, _, scene, frame| {
+            let forward = scene.camera.basis().forward;
+            for layer in &frame.layers {
+                let depths = layer.placement.surface.grid.corners_mm().map(|c| (c - scene.camera.eye_mm).dot(forward));
+                assert!(frame.base_mm == 0.0 || depths.iter().all(|d| *d > frame.base_mm), "{} is behind one of {depths:?}", frame.base_mm);
+                let (x, y, s) = ((24.0 * r.unit()) as u32, (16.0 * r.unit()) as u32, 300.0 * r.unit());
+                let at = |rays: &PixelRays, s: f64| rays.origin.at(x, y) + s * rays.direction.at(x, y);
+                let there = layer.placement.surface.grid.world(IndexPoint(at(&layer.placement.rays, s))).0;
+                assert!((there - at(&frame.world_rays, frame.base_mm + s)).length() < 1e-8);
+                assert!((there - at(&frame.based_rays, s)).length() < 1e-8);
+            }
+        });
+    }
+
+    #[test]
+    fn levels_ascend_with_a_paint_each_and_steps_are_as_opaque_as_their_paints() {
+        // Fails if levels and paints are told apart, a level is out of order, or a step's opacity is not that of its length.
+        frames(42, |r, _, scene, frame| {
+            for layer in &frame.layers {
+                assert!(
+                    layer.appearance.levels.is_sorted() && layer.appearance.levels.len() == layer.appearance.paints.len(),
+                    "{:?}: {:?}",
+                    scene.mode,
+                    layer.appearance.levels
+                );
+                for n in (0..20)
+                    .map(|_| (layer.appearance.steps.entries.len() as f64 * r.unit()) as usize)
+                    .filter(|_| !layer.appearance.steps.entries.is_empty())
+                {
+                    let (entry, value) = (layer.appearance.steps.entries[n], n as f32 / layer.appearance.steps.per_unit);
+                    let paint = paint_at(&layer.appearance.levels, &layer.appearance.paints, value);
+                    let opacity = 1.0 - f64::exp(-f64::from(paint.w) * f64::from(frame.step_mm));
+                    assert!((f64::from(entry.w) - opacity).abs() < 1e-6 && entry.truncate() == paint.truncate(), "{entry} at {value}");
+                }
+                let (levels, paints) = (&layer.appearance.levels, &layer.appearance.paints);
+                for (level, paint) in levels.iter().zip(paints).filter(|_| levels.is_sorted_by(|a, b| a < b)) {
+                    assert!((paint_at(levels, paints, *level) - *paint).length() < 1e-6);
+                }
+            }
+        });
+    }
+
+    #[test]
+    fn maps_are_made_once_for_a_surface_and_forgotten_with_it() {
+        // Fails if a picture makes again what is known, or what is drawn no more stays in memory.
+        let volumes = [Arc::new(skull(Which::A, 10, &Progress::default()).unwrap())];
+        let (mut maps, mut scene) = (MapCache::new(crate::InstructionSet::new()), Scene::of(&volumes));
+        let mut draw = |scene: &Scene| {
+            let frame = Frame::new(&mut maps, &volumes, scene, 8, 8).unwrap();
+            Arc::clone(&frame.layers[0].skip.map)
+        };
+        let first = draw(&scene);
+        assert!(Arc::ptr_eq(&first, &draw(&scene)));
+        scene.layers[0].iso += 100.0;
+        assert!(!Arc::ptr_eq(&first, &draw(&scene)) && Arc::strong_count(&first) == 1);
+    }
+}

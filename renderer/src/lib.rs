@@ -69,6 +69,19 @@ impl fmt::Display for Backend {
 }
 
 /// Turns scenes into pictures.
+///
+/// ```
+/// use bregma_renderer::{CpuRenderer, Renderer, Scene};
+/// use bregma_synthetic::{Which, skull};
+/// use std::sync::Arc;
+///
+/// let volumes = [Arc::new(skull(Which::A, 16, &Default::default())?)];
+/// let picture = CpuRenderer::default().render(&volumes, &Scene::of(&volumes), 64, 48)?;
+/// let middle = 24 * 64 + 32;
+/// assert_eq!((picture.rgba.len(), picture.volume_id[middle]), (64 * 48, 1));
+/// println!("the face is {} mm away", picture.depth_mm[middle]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub trait Renderer: Send {
     /// What draws: backend, and adapter or threads and vector instructions.
     fn name(&self) -> String;

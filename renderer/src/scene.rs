@@ -260,6 +260,21 @@ impl Default for Light {
 }
 
 /// Everything that decides a picture besides the samples and the size.
+///
+/// ```
+/// use bregma_renderer::{Camera, Mode, Scene, SceneError};
+/// use bregma_synthetic::{Which, skull};
+/// use std::sync::Arc;
+///
+/// let volumes = [Arc::new(skull(Which::A, 16, &Default::default())?), Arc::new(skull(Which::B, 16, &Default::default())?)];
+/// let mut scene = Scene::of(&volumes);
+/// scene.mode = Mode::Overlay;
+/// scene.layers[0].iso = 300.0;
+/// assert_eq!(scene.check(), Ok(()));
+/// scene.depth_cue = 2.0;
+/// assert_eq!(scene.check(), Err(SceneError::Opacity));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scene {
     /// One for each volume, in order.
@@ -449,4 +464,120 @@ pub struct Picture {
     /// What [`Mode::Max`], [`Mode::Mean`] or [`Mode::Xray`] computes, of the volumes together; NaN where a ray meets none. Empty in other
     /// modes.
     pub values: Vec<f32>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Named;
+    use bregma_field::{Progress, Shape};
+    use bregma_synthetic::{Random, Which, skull};
+
+    fn volumes() -> [Arc<Volume>; 2] {
+        [Which::A, Which::B].map(|which| Arc::new(skull(which, 12, &Progress::default()).unwrap()))
+    }
+
+    #[test]
+    fn colours_come_back_from_text_and_from_light() {
+        // Fails if a byte is rounded away in hex or on the way to light and back, or a brighter byte is not more light.
+        let mut r = Random(1);
+        let mut before = -1.0;
+        for byte in 0..=255 {
+            let color = Color([byte as f32 / 255.0, r.unit() as f32, r.unit() as f32]);
+            assert_eq!(Color::from_hex(&color.hex()).unwrap().bytes(), color.bytes());
+            assert_eq!(Color::from_hex(&format!("#{}", color.hex())), Color::from_hex(&color.hex()));
+            assert_eq!(Color::of_light(color.linear()).bytes(), color.bytes());
+            let light = color.linear().x;
+            assert!(light > before && light <= 1.0);
+            before = light;
+        }
+        assert_eq!(["12345", "1234567", "xyzxyz", "", "##1234"].map(Color::from_hex), [None; 5]);
+    }
+
+    #[test]
+    fn a_window_is_black_at_its_lower_end_white_at_its_upper_one_and_rises_between() {
+        // Fails if level and width are taken for the ends, or a window without width is no threshold.
+        let mut r = Random(2);
+        for _ in 0..1000 {
+            let low = 4000.0 * r.unit() - 2000.0;
+            let window = Window::between([low, low + 1.0 + 1000.0 * r.unit()]);
+            let at = |part: f64| window.brightness(low + part * window.width);
+            assert!(
+                at(0.0).abs() < 1e-9 && (at(0.5) - 0.5).abs() < 1e-9 && (at(1.0) - 1.0).abs() < 1e-9 && at(-1.0) == 0.0 && at(2.0) == 1.0
+            );
+            let (a, b) = (3.0 * r.unit() - 1.0, 3.0 * r.unit() - 1.0);
+            assert_eq!(at(a.min(b)) <= at(a.max(b)), true);
+            let threshold = Window { width: 0.0, level: low };
+            assert!(threshold.brightness(low) == 1.0 && threshold.brightness(low - 1e-6) == 0.0);
+        }
+    }
+
+    #[test]
+    fn a_scene_is_read_as_it_was_written_and_each_flaw_is_found() {
+        // Fails if a field is left out of the file, or a number that no renderer can draw passes the check or is called by another's name.
+        let mut r = Random(3);
+        let mut scene = Scene::of(&volumes());
+        scene.clips = vec![Clip::all(Shape::Plane { normal: DVec3::X, offset_mm: r.unit() })];
+        scene.window = Some(Window { width: 100.0 * r.unit(), level: r.unit() });
+        scene.layers[0].shells = vec![Shell { iso: 1000.0 * r.unit(), color: BACKGROUND, opacity: r.unit() as f32 }];
+        let mut bone = TransferFunction::bone();
+        // Files have colours of eight bits.
+        bone.points.iter_mut().for_each(|p| p.color = Color::from_hex(&p.color.hex()).unwrap());
+        scene.layers[1].transfer = Some(bone);
+        for &mode in Mode::ALL {
+            scene.mode = mode;
+            let read: Scene = serde_json::from_str(&serde_json::to_string(&scene).unwrap()).unwrap();
+            assert_eq!(read, scene);
+            assert_eq!(scene.check(), Ok(()));
+        }
+        let beyond = 1.0 + r.unit() as f32;
+        type Flaw<'a> = (SceneError, &'a dyn Fn(&mut Scene));
+        let flaws: [Flaw<'_>; 8] = [
+            (SceneError::Cut, &|s| s.clips.push(Clip::all(Shape::Plane { normal: DVec3::ZERO, offset_mm: 0.0 }))),
+            (SceneError::CutOfNone, &|s| s.clips[0].layers = Some(vec![1, 2])),
+            (SceneError::Opacity, &|s| s.layers[1].opacity = beyond),
+            (SceneError::Opacity, &|s| s.layers[0].shells[0].opacity = -beyond),
+            (SceneError::Opacity, &|s| s.depth_cue = f32::NAN),
+            (SceneError::Steps, &|s| s.integrator = Integrator::Steps { per_voxel: 0.0, jitter: false }),
+            (SceneError::FieldOfView, &|s| s.camera.projection = Projection::Perspective { fov_deg: 180.0 }),
+            (SceneError::Window, &|s| s.window = Some(Window { width: -1.0, level: 0.0 })),
+        ];
+        for (flaw, make) in flaws {
+            let mut broken = scene.clone();
+            make(&mut broken);
+            assert_eq!(broken.check(), Err(flaw));
+        }
+    }
+
+    #[test]
+    fn a_hull_holds_all_that_its_mode_draws_and_the_light_goes_with_the_camera() {
+        // Fails if a mode draws a value outside the surface that is walked to, or the light stands still while the camera turns.
+        let volumes = volumes();
+        let mut r = Random(4);
+        for _ in 0..200 {
+            let mut scene = Scene::of(&volumes);
+            let iso = |r: &mut Random| 2000.0 * r.unit() - 500.0;
+            for layer in &mut scene.layers {
+                layer.iso = iso(&mut r);
+                layer.shells = (0..3).map(|_| Shell { iso: iso(&mut r), color: BACKGROUND, opacity: 0.5 }).collect();
+            }
+            for &mode in Mode::ALL {
+                scene.mode = mode;
+                for (n, hull) in scene.hulls(&volumes).unwrap() {
+                    let layer = &scene.layers[n];
+                    let lowest = match mode.gather() {
+                        Gather::Nearest | Gather::FirstOfEach => layer.iso,
+                        Gather::Crossings => layer.shells.iter().fold(layer.iso, |low, shell| low.min(shell.iso)),
+                        Gather::Density => layer.controls(&volumes[n]).iter().find(|c| c.extinction_per_mm > 0.0).unwrap().value,
+                        Gather::Number(_) => volumes[n].range()[0],
+                    };
+                    assert!(hull.level <= volumes[n].sample_of(lowest) + 1e-9, "{mode:?}: {} leaves out {lowest}", hull.level);
+                }
+            }
+            scene.camera = Camera::orbit(&Bounds::of(volumes.iter().map(|v| v.grid())), 360.0 * r.unit(), 80.0 * r.unit());
+            let (toward, basis) = (scene.toward_light(), scene.camera.basis());
+            let seen = DVec3::new(toward.dot(basis.right), toward.dot(basis.up), -toward.dot(basis.forward));
+            assert!((seen - scene.light.toward.as_dvec3().normalize()).length() < 1e-6);
+        }
+    }
 }

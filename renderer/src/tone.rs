@@ -98,3 +98,65 @@ fn of_all(of: RayValue, values: impl Iterator<Item = Value>) -> f64 {
         RayValue::Max | RayValue::Min | RayValue::Integral => result,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::Projection;
+    use crate::skip::MapCache;
+    use crate::{InstructionSet, Mode};
+    use bregma_field::Progress;
+    use bregma_synthetic::{Random, Which, skull};
+    use std::sync::Arc;
+
+    const SOUGHT: [RayValue; 3] = [RayValue::Max, RayValue::Mean, RayValue::Integral];
+
+    #[test]
+    fn a_larger_number_is_never_darker() {
+        // Fails if a window, the film's curve or a sign turns the order of brightnesses round, or the picture's own range is not all used.
+        let volumes = [Arc::new(skull(Which::A, 12, &Progress::default()).unwrap())];
+        let mut scene = Scene::of(&volumes);
+        // All rays are equally long for each mm of depth.
+        (scene.mode, scene.camera.projection) = (Mode::Max, Projection::Orthographic { height_mm: 100.0 });
+        let frame = Frame::new(&mut MapCache::new(InstructionSet::new()), &volumes, &scene, 50, 2).unwrap();
+        let mut r = Random(1);
+        for sought in SOUGHT {
+            for n in 0..20 {
+                let mut values: Vec<f32> = (0..99).map(|_| (4000.0 * r.unit() - 1000.0) as f32).collect();
+                values.sort_by(f32::total_cmp);
+                let gathered: Vec<Gathered> = values.iter().map(|v| [*v, 1.0]).chain([[f32::NAN, 0.0]]).collect();
+                scene.window = (n > 0).then(|| Window { width: 3000.0 * r.unit(), level: 4000.0 * r.unit() - 1000.0 });
+                let picture = colored(&frame, &scene, sought, [50, 2], &gathered);
+                let grey: Vec<u8> = picture.rgba[..99].iter().map(|c| c[0]).collect();
+                assert!(grey.is_sorted() && picture.values[..99].is_sorted(), "{sought:?} {:?}: {grey:?}", scene.window);
+                assert!(n > 0 || (grey[0], grey[98]) == (0, 255), "{sought:?}: {grey:?}");
+                // The last ray has met nothing.
+                assert!(picture.values[99].is_nan() && picture.volume_id[99] == 0 && picture.rgba[99] == scene.background_bytes());
+            }
+        }
+    }
+
+    #[test]
+    fn of_all_volumes_together_no_order_matters() {
+        // Fails if the first volume counts otherwise than the others, or a mean is not by length.
+        let mut r = Random(2);
+        for _ in 0..1000 {
+            let count = 1 + (4.0 * r.unit()) as usize;
+            let all: Vec<[f64; 2]> = (0..count).map(|_| [2.0 * r.unit() - 1.0, 0.1 + r.unit()]).collect();
+            let of = |sought, all: &[[f64; 2]]| of_all(sought, all.iter().map(|&[value, length_mm]| Value { value, length_mm, seen: 0.0 }));
+            let turned: Vec<[f64; 2]> = all.iter().rev().copied().collect();
+            let [low, high] = [f64::min, f64::max].map(|best| all.iter().map(|v| v[0]).reduce(best).unwrap());
+            for sought in SOUGHT {
+                let found = of(sought, &all);
+                assert!((found - of(sought, &turned)).abs() < 1e-12, "{sought:?} {all:?}");
+                assert!(of(sought, &[]).is_nan() && (of(sought, &all[..1]) - all[0][0]).abs() < 1e-12);
+                // Twice the same says the same, but as a sum.
+                let twice = of(sought, &[all.clone(), all.clone()].concat());
+                let expected = if sought == RayValue::Integral { 2.0 * found } else { found };
+                assert!((twice - expected).abs() < 1e-12, "{sought:?} {all:?}");
+                assert!(sought == RayValue::Integral || low - 1e-12 <= found && found <= high + 1e-12, "{sought:?} {all:?}: {found}");
+            }
+            assert_eq!(of(RayValue::Max, &all), high);
+        }
+    }
+}

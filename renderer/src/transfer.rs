@@ -176,3 +176,100 @@ pub fn classify(controls: &[Control], value: f64) -> Vec4 {
         (None, None) => Vec4::ZERO,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bregma_field::Progress;
+    use bregma_synthetic::{Random, Which, skull};
+
+    /// Up to six points and three gradients, in the order that they have to be in.
+    fn function(r: &mut Random) -> TransferFunction {
+        let ascending = |r: &mut Random, most: f64, from: f64| {
+            let mut at = from;
+            let count = (most * r.unit()) as usize;
+            let step = |r: &mut Random| 0.01 + r.unit();
+            (0..=count)
+                .map(|_| {
+                    at += step(r);
+                    at
+                })
+                .collect::<Vec<f64>>()
+        };
+        let point = |value: f64, r: &mut Random| {
+            let opacity = if r.unit() < 0.3 { 0.0 } else { r.unit() };
+            Point { value, color: Color(std::array::from_fn(|_| (255.0 * r.unit()).round() as f32 / 255.0)), opacity }
+        };
+        TransferFunction {
+            name: "any".into(),
+            values: if r.unit() < 0.5 { Values::Scan } else { Values::Isovalue },
+            over_mm: (r.unit() < 0.5).then(|| 0.1 + r.unit()),
+            points: ascending(r, 6.0, -1.0).into_iter().map(|value| point(value, r)).collect(),
+            gradient: ascending(r, 3.0, 0.0).into_iter().map(|per_mm| GradientPoint { per_mm, factor: r.unit() }).collect(),
+        }
+    }
+
+    #[test]
+    fn controls_ascend_and_give_the_opacity_that_their_points_have() {
+        // Fails if an isovalue below all values turns controls round, or an extinction is not that of its opacity over its thickness.
+        let volume = skull(Which::A, 12, &Progress::default()).unwrap();
+        let mut r = Random(1);
+        for _ in 0..500 {
+            let function = function(&mut r);
+            let controls = function.controls(&volume, 4000.0 * r.unit() - 2000.0);
+            assert!(controls.windows(2).all(|pair| pair[0].value <= pair[1].value), "{controls:?}");
+            let over_mm = function.thickness_mm(&volume);
+            let mut opacities: Vec<f64> = controls.iter().map(|c| -(-c.extinction_per_mm * over_mm).exp_m1()).collect();
+            let mut expected: Vec<f64> = function.points.iter().map(|p| p.opacity).collect();
+            [&mut opacities, &mut expected].into_iter().for_each(|v| v.sort_by(f64::total_cmp));
+            assert!(opacities.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-6), "{opacities:?} are not {expected:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_classified_lies_between_the_controls_beside_it() {
+        // Fails if a value is classified by other controls than those beside it, or something is seen below what is said to be the lowest.
+        let volume = skull(Which::A, 12, &Progress::default()).unwrap();
+        let mut r = Random(2);
+        for _ in 0..500 {
+            let controls = function(&mut r).controls(&volume, 300.0);
+            let [first, last] = [controls[0], controls[controls.len() - 1]];
+            let reach = last.value - first.value + 1.0;
+            for _ in 0..20 {
+                let value = first.value + (1.4 * r.unit() - 0.2) * reach;
+                let below = controls.iter().rev().find(|c| c.value <= value).unwrap_or(&first);
+                let above = controls.iter().find(|c| c.value > value).unwrap_or(&last);
+                let of = |c: &Control| c.color.extend(c.extinction_per_mm as f32);
+                let (low, high) = (of(below).min(of(above)), of(below).max(of(above)));
+                let found = classify(&controls, value);
+                assert!(found.cmpge(low - 1e-6 * high).all() && found.cmple(high * (1.0 + 1e-6)).all(), "{value} in {controls:?}: {found}");
+                if lowest_visible(&controls).is_none_or(|lowest| value < lowest) {
+                    assert!(found.w == 0.0, "{value} in {controls:?} is seen");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn functions_are_read_as_they_are_written_and_refused_where_they_do_not_ascend() {
+        // Fails if the JSON form or the table loses a number, or points that stand twice or in another order are let through.
+        let mut r = Random(3);
+        for _ in 0..200 {
+            let function = function(&mut r);
+            let json = serde_json::to_string(&function).unwrap();
+            assert_eq!(TransferFunction::read(&json, "another").unwrap(), function);
+            let line = |p: &Point| {
+                let [red, green, blue] = p.color.bytes();
+                format!("{}; {red}, {green}\t{blue} {} # remark\n", p.value, p.opacity)
+            };
+            let table: String = function.points.iter().map(line).collect();
+            assert_eq!(TransferFunction::read(&table, "table").unwrap().points, function.points, "{table}");
+            let mut turned = function.clone();
+            turned.points.push(turned.points[(r.unit() * turned.points.len() as f64) as usize]);
+            assert!(turned.checked().unwrap_err().contains("ascend"));
+            let mut opaque = function;
+            opaque.points[0].opacity = 1.0 + r.unit();
+            assert!(opaque.checked().is_err());
+        }
+    }
+}

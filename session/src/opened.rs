@@ -14,6 +14,16 @@ use std::sync::Arc;
 use thiserror::Error;
 
 /// Volumes in memory and the scene to begin with.
+///
+/// ```
+/// use bregma_session::Opened;
+///
+/// // The built-in pair; `Opened::read` takes files.
+/// let opened = Opened::demo(16, &Default::default())?;
+/// assert_eq!((opened.volumes.len(), opened.scene.layers.len()), (2, 2));
+/// assert!(opened.warnings().is_empty());
+/// # Ok::<(), bregma_session::InputError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Opened {
     /// Where they came from; empty for the built-in pair.

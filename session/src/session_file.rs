@@ -11,6 +11,19 @@ use std::path::Path;
 use thiserror::Error;
 
 /// What a session file holds: scans and the scene they were left in.
+///
+/// ```
+/// use bregma_session::{Opened, Session};
+/// use std::path::Path;
+///
+/// let mut opened = Opened::demo(16, &Default::default())?;
+/// opened.scene.layers[0].iso = 300.0;
+/// let session = Session::of(&opened, Path::new("."));
+/// let text = serde_json::to_string(&session)?;
+/// let again: Session = serde_json::from_str(&text)?;
+/// assert_eq!(again, session);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Session {
     /// Version of the form; 1.

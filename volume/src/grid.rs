@@ -12,6 +12,17 @@ pub struct IndexPoint(pub DVec3);
 pub struct WorldPoint(pub DVec3);
 
 /// A grid of samples, possibly anisotropic, rotated, mirrored or sheared.
+///
+/// ```
+/// use bregma_volume::{Grid, IndexPoint};
+/// use glam::{DMat3, DVec3};
+///
+/// let grid = Grid::new([512, 512, 300], DVec3::new(0.5, 0.5, 0.7), DVec3::new(-128.0, -128.0, 0.0), DMat3::IDENTITY)?;
+/// let p = grid.world(IndexPoint(DVec3::new(256.0, 256.0, 10.0)));
+/// assert_eq!(p.0, DVec3::new(0.0, 0.0, 7.0));
+/// assert_eq!(grid.index(p).0, DVec3::new(256.0, 256.0, 10.0));
+/// # Ok::<(), bregma_volume::GridError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
     dims: [usize; 3],

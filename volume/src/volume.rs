@@ -31,6 +31,19 @@ pub struct Raster {
 pub type Metadata = BTreeMap<String, String>;
 
 /// A scan, ready to be drawn and measured. `value = slope·sample + intercept`.
+///
+/// ```
+/// use bregma_volume::{Grid, Raster, Samples, Unit, Volume};
+/// use glam::{DMat3, DVec3};
+///
+/// let grid = Grid::new([2, 2, 2], DVec3::ONE, DVec3::ZERO, DMat3::IDENTITY)?;
+/// let samples = Samples::U16(vec![0, 0, 0, 0, 2000, 2000, 2000, 3071]);
+/// let raster = Raster { grid, samples, slope: 1.0, intercept: -1024.0, unit: Unit::Hounsfield, warnings: vec![] };
+/// let volume = Volume::new("corner".into(), "made here", raster)?;
+/// assert_eq!(volume.range(), [-1024.0, 2047.0]);
+/// assert_eq!(volume.default_isovalue().0, 226.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct Volume {
     name: String,

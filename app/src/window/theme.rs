@@ -36,19 +36,7 @@ pub fn apply(ctx: &Context) {
     ctx.options_mut(|o| o.input_options.max_click_dist = 4.0);
 }
 
-/// The program's sign: two halves of a skullcap, in the colours of a comparison, where they meet.
+/// The program's sign: a skull seen from above, its halves in the colours of a comparison. Made from the SVG beside it.
 pub fn icon() -> IconData {
-    const SIDE: u32 = 64;
-    let pixel = |x: u32, y: u32| -> [u8; 4] {
-        let [x, y] = [x, y].map(|n| (n as f32 + 0.5) / SIDE as f32 * 2.0 - 1.0);
-        let (bone, seam) = (x.hypot(y) < 0.94, 0.07 * (9.0 * y).sin());
-        match x - seam {
-            _ if !bone => [0; 4],
-            d if d < -0.05 => [64, 191, 217, 255],
-            d if d > 0.05 => [217, 89, 191, 255],
-            _ => [20, 22, 26, 255],
-        }
-    };
-    let rgba = (0..SIDE * SIDE).flat_map(|n| pixel(n % SIDE, n / SIDE)).collect();
-    IconData { rgba, width: SIDE, height: SIDE }
+    eframe::icon_data::from_png_bytes(include_bytes!("../../assets/bregma.png")).expect("the icon is a PNG")
 }

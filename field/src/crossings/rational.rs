@@ -6,33 +6,34 @@
 use super::*;
 use bregma_synthetic::Random;
 use bregma_volume::{Grid, Raster, Samples, Unit, Volume};
-use num_bigint::BigInt;
-use num_rational::BigRational;
-use num_traits::{Num, Signed, ToPrimitive, Zero};
+use dashu_int::ops::Abs;
+use dashu_int::{IBig, UBig};
+use dashu_ratio::RBig;
 use rayon::prelude::*;
 use std::fmt;
+use std::ops::{Add, Mul, Sub};
 use std::sync::Arc;
 
 /// Coefficients, lowest power first, the last not 0; none for the polynomial 0.
-type Polynomial = Vec<BigRational>;
+type Polynomial = Vec<RBig>;
 
-fn exact(v: f64) -> BigRational {
-    BigRational::from_float(v).expect("a finite number")
+fn exact(v: f64) -> RBig {
+    RBig::try_from(v).expect("a finite number")
 }
 
-fn point(p: DVec3) -> [BigRational; 3] {
+fn point(p: DVec3) -> [RBig; 3] {
     p.to_array().map(exact)
 }
 
 fn trimmed(mut p: Polynomial) -> Polynomial {
-    while p.last().is_some_and(Zero::is_zero) {
+    while p.last().is_some_and(RBig::is_zero) {
         p.pop();
     }
     p
 }
 
 fn derivative(p: &Polynomial) -> Polynomial {
-    p.iter().enumerate().skip(1).map(|(n, c)| c * BigInt::from(n)).collect()
+    p.iter().enumerate().skip(1).map(|(n, c)| c * IBig::from(n)).collect()
 }
 
 /// Quotient and remainder.
@@ -57,12 +58,12 @@ fn gcd(a: &Polynomial, b: &Polynomial) -> Polynomial {
 }
 
 /// The interpolant of `corners` along `from` → `to` in powers of u, from its definition.
-fn cubic<T: Num + Clone>(corners: [T; 8], from: [T; 3], to: [T; 3]) -> Vec<T> {
+fn cubic<T: Clone + From<u8> + Add<Output = T> + Sub<Output = T> + Mul<Output = T>>(corners: [T; 8], from: [T; 3], to: [T; 3]) -> Vec<T> {
     let mut values: Vec<Vec<T>> = corners.map(|c| vec![c]).into();
     for (from, to) in from.into_iter().zip(to) {
         let weight = [from.clone(), to - from];
         let mix = |pair: &[Vec<T>]| {
-            let mut sum = [&pair[0][..], &[T::zero()]].concat();
+            let mut sum = [&pair[0][..], &[T::from(0)]].concat();
             for n in 0..pair[0].len() {
                 let step = pair[1][n].clone() - pair[0][n].clone();
                 sum[n] = sum[n].clone() + step.clone() * weight[0].clone();
@@ -80,20 +81,20 @@ const BITS: usize = 60;
 const ONE: u64 = 1 << BITS;
 
 /// The sign of a polynomial at multiples of 2⁻⁶⁰, in integers.
-struct Signs(Vec<BigInt>);
+struct Signs(Vec<IBig>);
 
 impl Signs {
     fn new(p: &Polynomial) -> Self {
         // Every denominator divides the product: a positive factor leaves signs as they are.
-        let factor = BigRational::from(p.iter().map(|c| c.denom().clone()).product::<BigInt>());
-        let scaled = |(n, c): (usize, &BigRational)| (c * &factor).to_integer() << (BITS * (p.len() - 1 - n));
+        let factor: UBig = p.iter().map(RBig::denominator).product();
+        let scaled = |(n, c): (usize, &RBig)| (c * &factor).trunc() << (BITS * (p.len() - 1 - n));
         Self(p.iter().enumerate().map(scaled).collect())
     }
 
     /// −1, 0 or 1.
     fn at(&self, n: u64) -> i32 {
-        let value = self.0.iter().rev().fold(BigInt::zero(), |v, c| v * n + c);
-        i32::from(value.is_positive()) - i32::from(value.is_negative())
+        let value = self.0.iter().rev().fold(IBig::ZERO, |v, c| v * n + c);
+        i32::from(value > IBig::ZERO) - i32::from(value < IBig::ZERO)
     }
 }
 
@@ -165,7 +166,7 @@ impl Truth {
         let Some(first) = p.iter().find(|c| !c.is_zero()) else {
             return Self { vanishes: true, roots: vec![], inside: vec![[0, ONE]] };
         };
-        let mut was_inside = first.is_positive();
+        let mut was_inside = *first > RBig::ZERO;
         // A root of multiplicity m is one of the first m of p, gcd(p, p′), gcd of that and its derivative …
         let mut repeated = vec![];
         let mut common = gcd(p, &derivative(p));
@@ -504,9 +505,9 @@ fn crossings_are_those_of_exact_arithmetic() {
 const DOUBT: f64 = 1e-12;
 
 /// Nearest multiple of 2⁻⁸⁰, far below any doubt: short numbers make short work.
-fn short(v: &BigRational) -> BigRational {
+fn short(v: &RBig) -> RBig {
     let unit = exact(2.0_f64.powi(80));
-    (v * &unit).round() / unit
+    RBig::from((v * &unit).round()) / unit
 }
 
 /// A cell of integers, and a ray of any direction that passes through two points of it, from there or from up to 1,000 mm away.
@@ -522,16 +523,16 @@ fn any_ray(r: &mut Random, grid: &Grid) -> ([f64; 8], Ray) {
 }
 
 /// Where a ray is in the box of the cell (0, 0, 0), and the points where it enters and leaves.
-fn exact_span(grid: &Grid, ray: &Ray) -> ([BigRational; 2], [[BigRational; 3]; 2]) {
+fn exact_span(grid: &Grid, ray: &Ray) -> ([RBig; 2], [[RBig; 3]; 2]) {
     let map = grid.world_to_index();
-    let turned = |v: [BigRational; 3], a: usize| -> BigRational { (0..3).map(|c| exact(map.matrix3.col(c)[a]) * &v[c]).sum() };
-    let o: [BigRational; 3] = std::array::from_fn(|a| turned(point(ray.origin.0), a) + exact(map.translation[a]));
-    let d: [BigRational; 3] = std::array::from_fn(|a| turned(point(ray.direction), a));
-    let mut span = [BigRational::zero(), exact(f64::MAX)];
+    let turned = |v: [RBig; 3], a: usize| (0..3).fold(RBig::ZERO, |sum, c| sum + exact(map.matrix3.col(c)[a]) * &v[c]);
+    let o: [RBig; 3] = std::array::from_fn(|a| turned(point(ray.origin.0), a) + exact(map.translation[a]));
+    let d: [RBig; 3] = std::array::from_fn(|a| turned(point(ray.direction), a));
+    let mut span = [RBig::ZERO, exact(f64::MAX)];
     for a in (0..3).filter(|&a| !d[a].is_zero()) {
         let ends = [0.0, 1.0].map(|face| short(&((exact(face) - &o[a]) / &d[a])));
         let [low, high] = ends;
-        let (near, far) = if d[a].is_positive() { (low, high) } else { (high, low) };
+        let (near, far) = if d[a] > RBig::ZERO { (low, high) } else { (high, low) };
         span = [near.max(span[0].clone()), far.min(span[1].clone())];
     }
     let points = span.each_ref().map(|t| std::array::from_fn(|a| &o[a] + t * &d[a]));
@@ -552,7 +553,7 @@ fn crossings_of_any_ray_lie_within_their_stated_error() {
         .expect("a grid");
         let (f, ray) = any_ray(&mut r, &grid);
         let (span, [from, to]) = exact_span(&grid, &ray);
-        let cubic: Vec<BigRational> = cubic(f.map(exact), from, to).iter().map(short).collect();
+        let cubic: Vec<RBig> = cubic(f.map(exact), from, to).iter().map(short).collect();
         let inside = |shift: f64| {
             let mut moved = cubic.clone();
             moved[0] += exact(shift);
@@ -570,8 +571,8 @@ fn crossings_of_any_ray_lie_within_their_stated_error() {
         let same = found.iter().map(|c| (c.kind, cut(c))).eq(kinds.clone().map(|(_, kind, is_cut)| (kind, is_cut)));
         assert!(same, "{f:?} {ray:?}: {found:#?} are not {truth:?}");
         let parts = found.iter().zip(kinds).map(|(c, (u, ..))| {
-            let t = &span[0] + BigRational::new(u.into(), ONE.into()) * (&span[1] - &span[0]);
-            let off = (exact(c.t_mm) - t).abs().to_f64().expect("a number");
+            let t = &span[0] + RBig::from_parts(u.into(), ONE.into()) * (&span[1] - &span[0]);
+            let off = (exact(c.t_mm) - t).abs().to_f64().value();
             assert!(off <= c.error_mm, "{f:?} {ray:?}: {off} mm off: {c:#?}");
             [off, off / c.error_mm.max(f64::MIN_POSITIVE), c.error_mm]
         });

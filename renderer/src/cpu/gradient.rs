@@ -153,3 +153,110 @@ fn surroundings<T: Sample>(block: &Block<'_, T>, dims: [i32; 3], cell: [i32; 3],
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::roots::tests::trilinear_f64;
+    use bregma_field::{Samples, Store};
+    use bregma_synthetic::Random;
+    use fearless_simd::{Level, dispatch};
+    use glam::DVec3;
+
+    const DIMS: [usize; 3] = [5, 4, 3];
+
+    fn samples(r: &mut Random) -> Samples {
+        Samples::I16((0..DIMS.iter().product()).map(|_| (2000.0 * r.unit() - 1000.0) as i16).collect())
+    }
+
+    fn sample(samples: &Samples, at: [i32; 3]) -> f64 {
+        let Samples::I16(s) = samples else { panic!("the samples are i16") };
+        let [i, j, k]: [usize; 3] = std::array::from_fn(|a| at[a].clamp(0, DIMS[a] as i32 - 1) as usize);
+        f64::from(s[i + DIMS[0] * (j + DIMS[1] * k)])
+    }
+
+    fn cells(r: &mut Random) -> [[i32; LANES]; 3] {
+        std::array::from_fn(|a| std::array::from_fn(|_| ((DIMS[a] - 1) as f64 * r.unit()) as i32))
+    }
+
+    #[test]
+    fn corners_and_what_is_around_are_the_samples_that_lie_there() {
+        // Fails if a stride is another's, a border is read beyond its end, or a lane that is not asked for is filled.
+        let mut r = Random(1);
+        for _ in 0..100 {
+            let (samples, cells) = (samples(&mut r), cells(&mut r));
+            let asked = (65536.0 * r.unit()) as u16;
+            let dims = DIMS.map(|n| n as i32);
+            let (corners, taps) = dispatch!(Level::new(), simd => {
+                let source = Source::Samples(Store::new(&samples, DIMS).whole());
+                let of = Mask::from_bitmask(simd, u64::from(asked));
+                let cell = cells.map(|c| Ints::load_array(simd, c));
+                (source.corners(simd, &cell, of).map(|f| f.to_array()), source.taps(dims, &cell, of))
+            });
+            for lane in 0..LANES {
+                let is_asked = asked >> lane & 1 == 1;
+                let there =
+                    |at: [i32; 3]| if is_asked { sample(&samples, std::array::from_fn(|a| cells[a][lane] + at[a])) as f32 } else { 0.0 };
+                for (c, corner) in corners.iter().enumerate() {
+                    assert_eq!(corner[lane], there([c & 1, c >> 1 & 1, c >> 2].map(|n| n as i32)));
+                }
+                for (n, tap) in taps.iter().enumerate() {
+                    assert_eq!(tap[lane], there([n % 4, n / 4 % 4, n / 16].map(|n| n as i32 - 1)));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn smooth_gradients_are_central_differences_and_do_not_jump_between_cells() {
+        // Fails if a difference is of other samples, a border is not one-sided, or a cell's face has two gradients.
+        let mut r = Random(2);
+        for _ in 0..100 {
+            let (samples, cells) = (samples(&mut r), cells(&mut r));
+            let mut local: [[f32; LANES]; 3] = std::array::from_fn(|_| std::array::from_fn(|_| r.unit() as f32));
+            // Some lie on faces.
+            (0..4).for_each(|lane| local[lane % 3][lane] = (lane / 2) as f32);
+            let found = dispatch!(Level::new(), simd => {
+                let source = Source::Samples(Store::new(&samples, DIMS).whole());
+                let (cell, local) = (cells.map(|c| Ints::load_array(simd, c)), local.map(|c| Floats::load_array(simd, c)));
+                let all = Mask::splat(simd, true);
+                source.smooth_gradient(simd, DIMS.map(|n| n as i32), &cell, &local, all, &mut Around::unknown(simd)).map(|g| g.to_array())
+            });
+            for lane in 0..LANES {
+                for axis in 0..3 {
+                    let mut expected = 0.0;
+                    for corner in 0..8 {
+                        let at: [i32; 3] = std::array::from_fn(|a| cells[a][lane] + (corner >> a & 1));
+                        let beside =
+                            |step: i32| std::array::from_fn(|a| (at[a] + if a == axis { step } else { 0 }).clamp(0, DIMS[a] as i32 - 1));
+                        let (low, high): ([i32; 3], [i32; 3]) = (beside(-1), beside(1));
+                        let slope = (sample(&samples, high) - sample(&samples, low)) / f64::from(high[axis] - low[axis]);
+                        let share = |a: usize| f64::from(if corner >> a & 1 == 1 { local[a][lane] } else { 1.0 - local[a][lane] });
+                        expected += slope * share(0) * share(1) * share(2);
+                    }
+                    assert!((f64::from(found[axis][lane]) - expected).abs() < 1e-2, "{} is not {expected}", found[axis][lane]);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_gradient_is_what_the_interpolant_changes_by() {
+        // Fails if a corner stands at another's place, or an axis is interpolated along itself.
+        let mut r = Random(2);
+        for _ in 0..500 {
+            let f: [f32; 8] = std::array::from_fn(|_| (2.0 * r.unit() - 1.0) as f32);
+            let p: [f32; 3] = std::array::from_fn(|_| r.unit() as f32);
+            let at = DVec3::from_array(p.map(f64::from));
+            let found = dispatch!(Level::new(), simd => {
+                let splat = |v: f32| Floats::splat(simd, v);
+                gradient(&f.map(splat), &p.map(splat)).map(|g| g[0])
+            });
+            for (axis, found) in DVec3::AXES.into_iter().zip(found) {
+                // Along an axis the interpolant is linear.
+                let change = trilinear_f64(&f, at + 0.5 * axis) - trilinear_f64(&f, at - 0.5 * axis);
+                assert!((f64::from(found) - change).abs() < 1e-5, "{f:?} at {p:?}: {found} is not {change}");
+            }
+        }
+    }
+}

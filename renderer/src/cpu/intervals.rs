@@ -170,3 +170,86 @@ pub(super) fn next_crossing<S: Simd>(
     }
     Pending { u, there, rises, at_entry }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::roots::cubic::value as value_of;
+    use bregma_synthetic::Random;
+    use fearless_simd::{Level, dispatch};
+
+    /// More than the pieces of a cubic with so few levels: two turns, and each level passed three times.
+    const ENOUGH: usize = 2 + 3 * 4 + 2;
+
+    fn numbers(r: &mut Random) -> [f32; LANES] {
+        std::array::from_fn(|_| (2.0 * r.unit() - 1.0) as f32)
+    }
+
+    #[test]
+    fn pieces_tile_the_way_and_between_their_ends_no_level_is_passed() {
+        // Fails if a piece ends before it begins, is passed over, holds a turn, or the count of levels is not that of its values.
+        let mut r = Random(1);
+        for _ in 0..300 {
+            let (b, mut levels) = (std::array::from_fn(|_| numbers(&mut r)), [0.0; 4].map(|_| (1.6 * r.unit() - 0.8) as f32));
+            levels.sort_by(f32::total_cmp);
+            let pieces: Vec<([f32; LANES], [i32; LANES])> = dispatch!(Level::new(), simd => {
+                let b: [Floats<_>; 4] = b.map(|b| Floats::load_array(simd, b));
+                let (one, zero, all) = (Floats::splat(simd, 1.0), Floats::splat(simd, 0.0), Mask::splat(simd, true));
+                let (mut u, mut above) = (zero, count_levels(simd, &levels, value_of(&b, zero)));
+                let mut pieces = vec![];
+                for _ in 0..ENOUGH {
+                    let end = next_end(simd, &b, &levels, u, one, above, all);
+                    pieces.push((end.u.to_array(), above.to_array()));
+                    above = end.passes.select(end.rises.select(above + 1, above - 1), above);
+                    u = end.u;
+                }
+                pieces
+            });
+            for lane in 0..LANES {
+                let b = b.map(|b| f64::from(b[lane]));
+                let cubic = |u: f64| {
+                    let v = 1.0 - u;
+                    b[0] * v * v * v + 3.0 * b[1] * v * v * u + 3.0 * b[2] * v * u * u + b[3] * u * u * u
+                };
+                let mut u = 0.0;
+                for (ends, above) in &pieces {
+                    let (end, above) = (f64::from(ends[lane]), above[lane] as usize);
+                    assert!(end >= u && end <= 1.0, "{b:?} {levels:?}: from {u} to {end}");
+                    let inner: Vec<f64> = (0..=8).map(|n| cubic(u + (end - u) * f64::from(n) / 8.0)).collect();
+                    let rises = inner[8] > inner[0];
+                    let is_monotonous = inner.windows(2).all(|pair| (pair[1] - pair[0]) * if rises { 1.0 } else { -1.0 } > -1e-6);
+                    assert!(is_monotonous, "{b:?} {levels:?}: turns between {u} and {end}");
+                    let (low, high) = (above.checked_sub(1).map(|n| levels[n]), levels.get(above));
+                    let is_within = |v: f64| low.is_none_or(|l| v > f64::from(l) - 1e-5) && high.is_none_or(|h| v < f64::from(*h) + 1e-5);
+                    assert!(inner.iter().all(|v| is_within(*v)), "{b:?} {levels:?}: {inner:?} between {u} and {end} with {above} below");
+                    u = end;
+                }
+                assert_eq!(u, 1.0, "{b:?} {levels:?}: the way ends early");
+            }
+        }
+    }
+
+    #[test]
+    fn what_lies_between_two_levels_is_a_mixture_of_theirs() {
+        // Fails if a value takes the paint of other levels than those beside it, or something changes before the first or behind the last.
+        let mut r = Random(2);
+        for _ in 0..300 {
+            let mut levels = [0.0; 4].map(|_| (2.0 * r.unit() - 1.0) as f32);
+            levels.sort_by(f32::total_cmp);
+            let paints = [0.0; 4].map(|_| Vec4::from_array(std::array::from_fn(|_| r.unit() as f32)));
+            let values = numbers(&mut r);
+            let found = dispatch!(Level::new(), simd => {
+                let v = Floats::load_array(simd, values);
+                let all = Mask::splat(simd, true);
+                paint_between(simd, &levels, &paints, count_levels(simd, &levels, v), v, all).map(|part| part.to_array())
+            });
+            for (lane, value) in values.into_iter().enumerate() {
+                let above = levels.iter().filter(|level| **level <= value).count();
+                let (a, b) = (above.saturating_sub(1), above.min(3));
+                let w = if a == b { 0.0 } else { (value - levels[a]) / (levels[b] - levels[a]) };
+                let found = Vec4::from_array(found.map(|part| part[lane]));
+                assert!((found - paints[a].lerp(paints[b], w)).length() < 1e-5, "{value} in {levels:?}: {found}");
+            }
+        }
+    }
+}

@@ -102,3 +102,85 @@ pub(super) fn color_of_faces(how: CutFace, own: Vec3, cut: &[(f32, Vec3)]) -> Ve
 pub(crate) const FIRST_IS_MORE: [f32; 3] = [0.698, 0.094, 0.169];
 pub(crate) const SECOND_IS_MORE: [f32; 3] = [0.129, 0.400, 0.674];
 pub(crate) const EQUAL: [f32; 3] = [0.969, 0.969, 0.969];
+
+#[cfg(test)]
+mod tests {
+    use super::super::faces::face_color_at;
+    use super::*;
+    use bregma_synthetic::Random;
+    use fearless_simd::{Level, dispatch};
+
+    fn number(r: &mut Random) -> f32 {
+        r.unit() as f32
+    }
+
+    fn unit(r: &mut Random) -> Vec3 {
+        Vec3::from_array(std::array::from_fn(|_| 2.0 * number(r) - 1.0)).normalize()
+    }
+
+    #[test]
+    fn more_light_is_never_darker_and_none_leaves_the_ambient_part() {
+        // Fails if a share of the light is not one, the side away from it is lit, or squares are not the power that they stand for.
+        let mut r = Random(2);
+        for _ in 0..1000 {
+            let light = Light { shininess: (40.0 * number(&mut r)).floor(), ..Light::default() };
+            let (color, [normal, view, toward]) = (Vec3::splat(number(&mut r)), [0; 3].map(|_| unit(&mut r)));
+            let shares = [0.0, number(&mut r), 1.0];
+            let lit = shares.map(|share| {
+                dispatch!(Level::new(), simd => {
+                    let splat = |v: Vec3| axes!(a => Floats::splat(simd, v[a]));
+                    let found = phong(simd, &light, &splat(color), &splat(normal), &splat(view), &splat(toward), Floats::splat(simd, share));
+                    [found[0][0], found[1][0], found[2][0]]
+                })
+            });
+            assert!((lit[0][0] - light.ambient * color.x).abs() < 1e-6, "{lit:?}");
+            assert!(
+                lit[0][0] <= lit[1][0] && lit[1][0] <= lit[2][0] && lit[2][0] <= light.ambient + light.diffuse + light.specular + 1e-5,
+                "{lit:?}"
+            );
+            if normal.dot(toward) <= 0.0 {
+                assert_eq!(lit[0], lit[2], "lit from behind");
+            }
+            let (base, exponent) = (number(&mut r), (MOST_MULTIPLIED * number(&mut r)).floor());
+            let power = dispatch!(Level::new(), simd => power(simd, Floats::splat(simd, base), exponent, Mask::splat(simd, true))[0]);
+            assert!((f64::from(power) - f64::from(base).powf(f64::from(exponent))).abs() < 1e-4, "{base} to {exponent}: {power}");
+        }
+    }
+
+    #[test]
+    fn colours_over_a_background_and_in_tables_lie_between_what_they_are_of() {
+        // Fails if alpha is applied twice or not at all, a table is read beyond its end, or a difference is not the other way round backwards.
+        let mut r = Random(3);
+        for _ in 0..1000 {
+            let [color, background] = [0; 2].map(|_| Vec3::from_array(std::array::from_fn(|_| number(&mut r))));
+            let opaque = encode(color.extend(1.0), background.extend(1.0));
+            assert_eq!(opaque, encode(color.extend(1.0), Vec4::ZERO));
+            let behind = encode(Vec4::ZERO, background.extend(1.0));
+            assert_eq!((behind, encode(Vec4::ZERO, Vec4::ZERO)), (encode(background.extend(1.0), Vec4::ZERO), [0; 4]));
+            let alpha = number(&mut r);
+            let over = encode((color * alpha).extend(alpha), background.extend(1.0));
+            assert!((0..3).all(|a| over[a] >= opaque[a].min(behind[a]) && over[a] <= opaque[a].max(behind[a])) && over[3] == 255);
+            let clear = encode((color * alpha).extend(alpha), Vec4::ZERO);
+            assert!(
+                (0..3).all(|a| clear[a].abs_diff(opaque[a]) <= 1) && clear[3] == (alpha * 255.0).round() as u8,
+                "{clear:?} of {opaque:?}"
+            );
+
+            let table: Vec<Vec4> = (0..5).map(|n| Vec4::splat(n as f32)).collect();
+            let place = 3.0 * number(&mut r) - 1.0;
+            assert!((face_color_at(&table, place).x - 4.0 * place.clamp(0.0, 1.0)).abs() < 1e-5);
+            let [a, b] = [(number(&mut r), color), (number(&mut r), background)];
+            let difference = |cut: &[(f32, Vec3)]| color_of_faces(CutFace::Difference, color, cut);
+            assert_eq!(difference(&[a, a]), Color(EQUAL).linear());
+            assert!(if a.0 > b.0 {
+                difference(&[a, b]).x >= difference(&[b, a]).x
+            } else {
+                difference(&[a, b]).x <= difference(&[b, a]).x
+            });
+            // One volume alone has its own.
+            assert_eq!([CutFace::Difference, CutFace::Blend].map(|how| color_of_faces(how, color, &[a])), [color; 2]);
+            let blend = color_of_faces(CutFace::Blend, color, &[a, b]);
+            assert!(blend.cmpge((color * grey(a.0)).min(Vec3::ONE) - 1e-6).all() && blend.max_element() <= 1.0);
+        }
+    }
+}

@@ -53,3 +53,38 @@ pub(super) fn nearest<S: Simd>(simd: S, hits: &[Drawn<S>], skip: Floats<S>) -> D
     }
     best
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bregma_synthetic::Random;
+    use fearless_simd::{Level, dispatch};
+
+    #[test]
+    fn the_nearest_is_found_but_never_the_one_that_is_skipped() {
+        // Fails if a hit that is none counts, a farther one wins, an equal one's order changes, or a part is another hit's.
+        let mut r = Random(1);
+        for _ in 0..300 {
+            let hits: Vec<(bool, f32, bool)> = (0..4).map(|_| (r.unit() < 0.7, (8.0 * r.unit()).floor() as f32, r.unit() < 0.5)).collect();
+            let skip = (5.0 * r.unit()).floor() as f32;
+            let found = dispatch!(Level::new(), simd => {
+                let splat = |v| Floats::splat(simd, v);
+                let drawn = |(n, &(found, s, is_face)): (usize, &(bool, f32, bool))| {
+                    let id = (n + 1) as f32;
+                    let (found, is_face) = (Mask::splat(simd, found), Mask::splat(simd, is_face));
+                    let [v, w] = [splat(id), splat(-id)];
+                    Drawn { found, s: splat(s), normal: [v; 3], color: [w; 3], opacity: v, id: v, is_face, brightness: w }
+                };
+                let hits: Vec<_> = hits.iter().enumerate().map(drawn).collect();
+                let best = nearest(simd, &hits, splat(skip));
+                best.found.test(0).then(|| ([best.s[0], best.id[0], best.normal[1][0], -best.color[2][0], best.opacity[0], -best.brightness[0]], best.is_face.test(0)))
+            });
+            let candidates = hits.iter().zip(1..).filter(|((found, ..), id)| *found && *id as f32 != skip);
+            let expected = candidates.min_by(|a, b| a.0.1.total_cmp(&b.0.1)).map(|(&(_, s, is_face), id)| {
+                let id = id as f32;
+                ([s, id, id, id, id, id], is_face)
+            });
+            assert_eq!(found, expected, "{hits:?} without {skip}");
+        }
+    }
+}

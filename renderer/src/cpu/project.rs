@@ -119,3 +119,56 @@ fn magnitude<S: Simd>(layer: &FrameLayer, pass: &CellPass<S>, u: Floats<S>) -> F
     let g = world_gradient(layer, pass, u);
     dot(&g, &g).sqrt()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lanes::LANES;
+    use crate::roots::tests::trilinear_f64;
+    use bregma_synthetic::Random;
+    use fearless_simd::{Level, dispatch};
+    use glam::DVec3;
+
+    /// Corners of a cell, and where rays enter and leave it.
+    type Cell = ([f32; 8], [f32; 3], [f32; 3]);
+
+    fn cell(r: &mut Random) -> Cell {
+        let mut place = || std::array::from_fn(|_| r.unit() as f32);
+        let (from, to) = (place(), place());
+        (std::array::from_fn(|_| (2.0 * r.unit() - 1.0) as f32), from, to)
+    }
+
+    fn pass<S: Simd>(simd: S, (f, from, to): &Cell) -> CellPass<S> {
+        let splat = |v: f32| Floats::splat(simd, v);
+        CellPass { f: f.map(splat), start: from.map(splat), end: to.map(splat), ..CellPass::nowhere(simd) }
+    }
+
+    fn point(p: [f32; 3]) -> DVec3 {
+        DVec3::from_array(p.map(f64::from))
+    }
+
+    #[test]
+    fn the_largest_is_reached_by_no_value_on_the_way_and_the_mean_is_their_integral() {
+        // Fails if a turn within the cell is missed, a largest is none of the values, or the mean is not that of the cubic.
+        let mut r = Random(1);
+        for _ in 0..2000 {
+            let cell = cell(&mut r);
+            let known = (4.0 * r.unit() - 2.0) as f32;
+            let [largest, beside, mean] = dispatch!(Level::new(), simd => {
+                let (pass, all) = (pass(simd, &cell), Mask::splat(simd, true));
+                let of = |sought, known| of_values(simd, sought, &pass, Floats::splat(simd, known), all)[LANES - 1];
+                [of(RayValue::Max, -1e30), of(RayValue::Max, known), of(RayValue::Mean, 0.0)]
+            });
+            let at = |u: f64| trilinear_f64(&cell.0, point(cell.1).lerp(point(cell.2), u));
+            let sampled = (0..=200).map(|n| at(f64::from(n) / 200.0)).fold(f64::NEG_INFINITY, f64::max);
+            let largest = f64::from(largest);
+            // Between two samples the curve rises by less than its second derivative allows.
+            assert!(largest > sampled - 1e-6 && largest < sampled + 1e-3, "{cell:?}: {largest}, sampled {sampled}");
+            // Above what is known it is found all the same.
+            assert!((f64::from(beside) - largest).abs() < 1e-6 || largest <= f64::from(known) + 1e-6, "{cell:?} above {known}: {beside}");
+            // Simpson's rule is exact for cubics.
+            let integral = (at(0.0) + 4.0 * at(0.5) + at(1.0)) / 6.0;
+            assert!((f64::from(mean) - integral).abs() < 1e-6, "{cell:?}: {mean} is not {integral}");
+        }
+    }
+}

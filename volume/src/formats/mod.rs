@@ -182,6 +182,19 @@ pub fn series(path: &Path, progress: &Progress) -> Result<Vec<Series>, OpenError
 }
 
 /// Opens a scan of any of the [`FORMATS`]; its name is its file's. `progress` counts bytes of its files.
+///
+/// ```
+/// use bregma_volume::Progress;
+/// use bregma_volume::formats::{Hints, open};
+///
+/// let file = std::env::temp_dir().join(format!("bregma-open-{}.nrrd", std::process::id()));
+/// std::fs::write(&file, "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nspacings: 1 1 3\nencoding: raw\n\n01234567")?;
+/// let volume = open(&file, &Hints::default(), &Progress::default())?;
+/// assert_eq!((volume.format(), volume.grid().dims()), ("NRRD", [2, 2, 2]));
+/// assert_eq!(volume.grid().spacing_mm().z, 3.0);
+/// # std::fs::remove_file(&file)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn open(path: &Path, hints: &Hints, progress: &Progress) -> Result<Volume, OpenError> {
     scan(path, hints, progress)?.load(progress)
 }
