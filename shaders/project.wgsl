@@ -1,11 +1,19 @@
 // Maximum, minimum and integral of the interpolant along rays, or of its gradient's magnitude.
 // The twin of renderer/src/cpu/project.rs.
 
-#import constants, line, volume, blocks, hits, walk, cells, cuts, cubic, bernstein, gradient
+#import constants, line, volume, blocks, hits, walk, cells, cuts, cubic, bernstein, gradient, intervals
 
 // 1 where it is the largest value, -1 where the smallest, 0 where it is the integral; and whether of the gradient's magnitude and not of the value.
 override EXTREME: f32;
 override OF_GRADIENT: bool;
+
+// What a cell gives: whether any of it counts, the extreme, times its side, or the mean, and the part of the way through it that counts; the
+// mean is times this.
+struct Projected {
+    found: bool,
+    value: f32,
+    depth: f32,
+}
 
 // For each pixel the extreme value or the integral over depth, the depth over which that is, and whether the ray has met the volume; relative
 // to the level, in sample units, and of gradients in these per mm.
@@ -27,20 +35,25 @@ fn project(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
             let way = until(cross_cell(walk.pace, walk.at, &place), walk.s_max);
             walk.place = place;
             let length = way.s.y - way.s.x;
-            var one = 0.0;
-            if OF_GRADIENT {
-                one = of_gradient(way);
+            var cell = Projected(true, 0.0, 1.0);
+            if params.levels.count > 0u {
+                cell = within_range(way);
+            } else if OF_GRADIENT {
+                cell.value = of_gradient(way, 0.0, 1.0);
             } else {
-                one = of_values(way, value, found > 0.0);
+                cell.value = of_values(way, value, found > 0.0);
+            }
+            if !cell.found {
+                continue;
             }
             if EXTREME != 0.0 {
-                value = select(value, one, found == 0.0 || one > value);
+                value = select(value, cell.value, found == 0.0 || cell.value > value);
             } else {
-                let added = one * length - lost;
+                let added = cell.value * length - lost;
                 let sum = opaque(vec3<f32>(value + added)).x;
                 lost = opaque(vec3<f32>(sum - value)).x - added;
                 value = sum;
-                depth += length;
+                depth += cell.depth * length;
             }
             found = 1.0;
         }
@@ -66,24 +79,64 @@ fn of_values(way: CellPass, known: f32, is_known: bool) -> f32 {
     return max(ends, max(cubic_value(b, turns.x), cubic_value(b, turns.y)));
 }
 
-// The extreme, times its side, or the mean of the gradient's magnitude in a cell, in sample units per mm.
-fn of_gradient(way: CellPass) -> f32 {
+// What of a cell has values in the range, interval by interval.
+fn within_range(way: CellPass) -> Projected {
+    let b = bernstein(way.lower, way.upper, way.start, way.end);
+    var all = Projected(false, 0.0, 0.0);
+    var u = 0.0;
+    var above = count_levels(b.x);
+    while u < 1.0 {
+        let end = next_end(b, u, 1.0, above);
+        let width = end.u - u;
+        if above == 1 {
+            var here: f32;
+            if OF_GRADIENT {
+                here = of_gradient(way, u, width);
+            } else {
+                here = of_interval(b, u, width);
+            }
+            if EXTREME != 0.0 {
+                all.value = select(all.value, here, !all.found || here > all.value);
+            } else {
+                all.value += here * width;
+                all.depth += width;
+            }
+            all.found = true;
+        }
+        if end.passes {
+            above += select(-1, 1, end.rises);
+        }
+        u = end.u;
+    }
+    return all;
+}
+
+// The extreme, times its side, or the mean of a cubic in an interval in which it only rises or only falls.
+fn of_interval(b: vec4<f32>, u: f32, width: f32) -> f32 {
+    if EXTREME != 0.0 {
+        return max(cubic_value(b, u) * EXTREME, cubic_value(b, u + width) * EXTREME);
+    }
+    return (cubic_value(b, u + width * (0.5 - TWO_POINTS)) + cubic_value(b, u + width * (0.5 + TWO_POINTS))) * 0.5;
+}
+
+// The extreme, times its side, or the mean of the gradient's magnitude in a part of the way through a cell, in sample units per mm.
+fn of_gradient(way: CellPass, u: f32, width: f32) -> f32 {
     if EXTREME == 0.0 {
-        let at = vec4<f32>(magnitude(way, GAUSS_NODES.x), magnitude(way, GAUSS_NODES.y), magnitude(way, GAUSS_NODES.z), magnitude(way, GAUSS_NODES.w));
+        let at = vec4<f32>(magnitude(way, u + width * GAUSS_NODES.x), magnitude(way, u + width * GAUSS_NODES.y), magnitude(way, u + width * GAUSS_NODES.z), magnitude(way, u + width * GAUSS_NODES.w));
         return dot(at, GAUSS_WEIGHTS);
     }
     let step = 1.0 / f32(INTERVALS);
-    var before = EXTREME * magnitude(way, 0.0);
-    var here = EXTREME * magnitude(way, step);
+    var before = EXTREME * magnitude(way, u);
+    var here = EXTREME * magnitude(way, u + width * step);
     var largest = max(before, here);
     for (var n = 1u; n < INTERVALS; n++) {
-        let after = EXTREME * magnitude(way, f32(n + 1u) * step);
+        let after = EXTREME * magnitude(way, u + width * (f32(n + 1u) * step));
         let bend = before - 2.0 * here + after;
         var top = 0.0;
         if bend < 0.0 {
             top = clamp(0.5 * (before - after) / bend, -1.0, 1.0);
         }
-        largest = max(largest, max(after, EXTREME * magnitude(way, (top + f32(n)) * step)));
+        largest = max(largest, max(after, EXTREME * magnitude(way, u + width * ((top + f32(n)) * step))));
         before = here;
         here = after;
     }

@@ -10,7 +10,7 @@ use glam::{Vec3, Vec4};
 #[derive(Debug)]
 pub(crate) struct Appearance {
     /// Where something changes as values grow: its isovalues, or its transfer function's points; ascending, relative to `level` and
-    /// positive inside. None where the mode takes only one surface, or a projection.
+    /// positive inside. None where the mode takes only one surface, or a projection of all values; of a range its ends.
     pub levels: Vec<f32>,
     /// For each level the linear colour, and the opacity of an isosurface or a transfer function's extinction per mm.
     pub paints: Vec<Vec4>,
@@ -104,6 +104,8 @@ impl Shown {
             let gradient = layer.transfer.iter().flat_map(|t| &t.gradient);
             let gradient_factors = gradient.map(|g| [(g.per_mm * per_sample) as f32, g.factor as f32]).collect();
             Self { levels, paints, steps, gradient_factors }
+        } else if let (Gather::Number(_), Some(range)) = (gather, scene.value_range) {
+            Self { levels: range.map(relative).to_vec(), paints: vec![Vec4::ZERO; 2], ..Self::default() }
         } else {
             Self::default()
         }

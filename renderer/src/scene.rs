@@ -309,6 +309,9 @@ pub struct Scene {
     /// Whether modes that gather numbers take the magnitude of the interpolant's gradient, per mm, for the values.
     #[serde(default)]
     pub of_gradient: bool,
+    /// Only where the scan has values between these two do modes that gather numbers look; everywhere when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub value_range: Option<[f64; 2]>,
     /// How [`Mode::Dvr`] integrates.
     #[serde(default)]
     pub integrator: Integrator,
@@ -337,6 +340,9 @@ pub enum SceneError {
     /// No perspective.
     #[error("its field of view is not between 0 and 180 degrees")]
     FieldOfView,
+    /// A range whose ends are no numbers, or the wrong way round.
+    #[error("its range of values does not go from a number to a larger one")]
+    Range,
     /// No window of values.
     #[error("its window has a width below 0, or no numbers")]
     Window,
@@ -371,6 +377,7 @@ impl Scene {
             cut_face: CutFace::Bone,
             window: None,
             of_gradient: false,
+            value_range: None,
             integrator: Integrator::default(),
             normals: Normals::Smooth,
             background: Some(BACKGROUND),
@@ -391,6 +398,7 @@ impl Scene {
             (!PER_VOXEL.contains(&per_voxel), SceneError::Steps),
             (!(fov_deg > 0.0 && fov_deg < 180.0), SceneError::FieldOfView),
             // One without width is a threshold.
+            (self.value_range.is_some_and(|[low, high]| !(low.is_finite() && high.is_finite() && low < high)), SceneError::Range),
             (self.window.is_some_and(|w| !(w.width >= 0.0 && w.level.is_finite())), SceneError::Window),
         ];
         flaws.into_iter().find(|(is_flawed, _)| *is_flawed).map_or(Ok(()), |(_, flaw)| Err(flaw))
@@ -407,7 +415,7 @@ impl Scene {
             Gather::Nearest | Gather::FirstOfEach => layer.iso,
             Gather::Crossings => layer.shells.iter().map(|s| s.iso).fold(layer.iso, f64::min),
             Gather::Density => lowest_visible(&layer.controls(volume)).unwrap_or(f64::INFINITY),
-            Gather::Number(_) => f64::NEG_INFINITY,
+            Gather::Number(_) => self.value_range.map_or(f64::NEG_INFINITY, |[low, _]| low),
         })
     }
 

@@ -51,6 +51,9 @@ pub fn looks(pair: &Scene) -> Vec<(&'static str, Scene)> {
         for mode in [Mode::Max, Mode::Min, Mode::Mean, Mode::Xray] {
             add("projection", base(mode));
             add("projection of the gradient", Scene { of_gradient: true, ..base(mode) });
+            let value_range = Some([pair.layers[0].iso - 20.0, pair.layers[0].iso + 60.0]);
+            add("projection of a range", Scene { value_range, ..base(mode) });
+            add("projection of the gradient in a range", Scene { value_range, of_gradient: true, ..base(mode) });
         }
     }
     looks

@@ -176,6 +176,50 @@ fn projections_equal_a_quadrature() {
 }
 
 #[test]
+fn of_a_range_of_values_projections_equal_a_quadrature() {
+    // Fails if a part of a cell beside the range counts, one within it does not, or the range's ends are taken for other values.
+    let volumes = [rough(4)];
+    let [low, high] = volumes[0].range();
+    let (w, h) = (96, 80);
+    for part in [[0.2, 0.4], [0.5, 2.0], [-1.0, 0.3]] {
+        let range = part.map(|p| low + p * (high - low));
+        for mode in [Mode::Max, Mode::Min, Mode::Mean, Mode::Xray] {
+            let scene = Scene { value_range: Some(range), ..scene_of(&volumes, mode) };
+            let pictures = [CpuRenderer::default().render(&volumes, &scene, w, h).unwrap(), gpu().render(&volumes, &scene, w, h).unwrap()];
+            let (mut worst, mut compared, mut empty) = (0.0_f64, 0, 0);
+            let mut random = Random(3);
+            for _ in 0..150 {
+                let (x, y) = ((random.unit() * f64::from(w)) as u32, (random.unit() * f64::from(h)) as u32);
+                let ray = scene.camera.ray(f64::from(x), f64::from(y), w, h);
+                let (points, part) = along(&volumes[0], DAffine3::IDENTITY, &ray, 0.002);
+                let of = |t: &f64| interpolant(&volumes[0], DAffine3::IDENTITY, ray.at(*t).0).map(|(value, _)| value);
+                let there: Vec<f64> = points.iter().filter_map(of).filter(|v| (range[0]..=range[1]).contains(v)).collect();
+                let found = pictures.each_ref().map(|p| f64::from(p.values[(y * w + x) as usize]));
+                // A ray that only touches the box, or the range, may be missed.
+                if there.len() < 20 {
+                    let is_beside = points.len() >= 20 && there.is_empty();
+                    assert!(!is_beside || found.iter().all(|v| v.is_nan()), "pixel {x}, {y}: {found:?} where nothing is in the range");
+                    empty += usize::from(is_beside);
+                    continue;
+                }
+                let length = there.len() as f64 * part;
+                let mean = there.iter().sum::<f64>() / there.len() as f64;
+                let (expected, scale) = match mode {
+                    Mode::Max => (there.iter().copied().fold(f64::MIN, f64::max), high - low),
+                    Mode::Min => (there.iter().copied().fold(f64::MAX, f64::min), high - low),
+                    Mode::Mean => (mean, high - low),
+                    _ => (mean * length, (high - low) * length),
+                };
+                found.iter().for_each(|found| worst = worst.max((found - expected).abs() / scale));
+                compared += 1;
+            }
+            println!("{mode:?} of {range:?}: largest difference {worst:.1e} of {compared} rays; {empty} meet nothing of it");
+            assert!(worst < 2e-3 && compared > 10, "{mode:?} of {range:?}: {worst}");
+        }
+    }
+}
+
+#[test]
 fn projections_of_real_scans_equal_a_quadrature() {
     let Some(data) = data("projections of real scans") else { return };
     for file in ["cthead-unc/CThead.nhdr", "cranium-invesalius/Cranium.nhdr", "classic/bonsai.nii.gz"] {

@@ -1,7 +1,7 @@
 //! What options say of how a scene looks, for `render` and `bench` alike.
 
 use super::error::CommandError;
-use super::parsers::{color, number, numbers, one_of, positive, share};
+use super::parsers::{color, number, numbers, one_of, positive, range, share};
 use bregma_renderer::{
     Clip, Color, CutFace, Integrator, Layer, Mode, Normals, PER_VOXEL, Reconstruction, Scene, Setting, Shape, Shell, Window,
 };
@@ -50,6 +50,9 @@ pub struct LookArgs {
     /// max, mean and xray of the gradient's magnitude, per mm
     #[arg(long)]
     pub gradient: bool,
+    /// max, min, mean and xray of only what has values between two: bone without the air around it, or air without the bone
+    #[arg(long, value_name = "LOW,HIGH", value_parser = range, allow_hyphen_values = true)]
+    pub value_range: Option<[f64; 2]>,
     /// From black to white, in values (xray: what --values would be without air); when absent what the picture holds, or on faces of cuts
     /// 1000 about 400 HU, or the scan's range
     #[arg(long, value_name = "W", value_parser = positive, requires = "level")]
@@ -136,6 +139,7 @@ impl LookArgs {
     fn apply_to_scene(&self, scene: &mut Scene) -> Result<(), CommandError> {
         scene.shadows |= self.shadows;
         scene.of_gradient |= self.gradient;
+        scene.value_range = self.value_range.or(scene.value_range);
         scene.integrator = self.integrator.unwrap_or(scene.integrator);
         if let (true, Integrator::Steps { jitter, .. }) = (self.no_jitter, &mut scene.integrator) {
             *jitter = false;
@@ -184,6 +188,7 @@ impl LookArgs {
             ("--no-jitter", self.no_jitter, steps),
             ("--normals", self.normals.is_some(), shaded && !scene.draws_spline()),
             ("--gradient", self.gradient, numbers),
+            ("--value-range", self.value_range.is_some(), numbers),
             ("--window and --level", self.window.is_some(), numbers || faces),
             ("--cut-face", self.cut_face.is_some(), cut),
             ("--depth-cue", self.depth_cue.is_some(), shaded),

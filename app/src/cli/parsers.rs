@@ -42,6 +42,12 @@ pub fn point(text: &str) -> Result<DVec3, String> {
     numbers::<3>(text).map(DVec3::from)
 }
 
+/// Two numbers, the second above the first.
+pub fn range(text: &str) -> Result<[f64; 2], String> {
+    numbers::<2>(text)?.is_sorted_by(|low, high| low < high).then_some(()).ok_or("its low end is not below its high end")?;
+    numbers(text)
+}
+
 pub fn pair(text: &str) -> Result<(f64, f64), String> {
     numbers::<2>(text).map(|[a, b]| (a, b))
 }

@@ -5,11 +5,12 @@
 use super::cells::CellPass;
 use super::gauss::{NODES, WEIGHTS};
 use super::gradient::world_gradient;
+use super::intervals::{count_levels, next_end};
 use super::line::{Line, Part};
 use super::volume::Field;
 use super::walk::next_cell;
 use crate::frame::FrameLayer;
-use crate::lanes::{Doubles, Floats, Mask, dot};
+use crate::lanes::{Doubles, Floats, Ints, Mask, dot};
 use crate::modes::RayValue;
 use crate::roots::bernstein::bernstein;
 use crate::roots::cubic::{turning_points, value};
@@ -50,15 +51,22 @@ pub(super) fn project<S: Simd>(
         }
         let pass = pass.until(part.s_max);
         let length = pass.s[1] - pass.s[0];
-        let of = if by_gradient { of_gradient(sought, layer, &pass) } else { of_values(simd, sought, &pass, all.value, walking) };
-        if sought.extreme().is_some() {
-            let is_larger = walking & (!all.found | of.simd_gt(all.value));
-            all.value = is_larger.select(of, all.value);
+        let cell = if layer.appearance.levels.is_empty() {
+            let whole = [zero, Floats::splat(simd, 1.0)];
+            let of =
+                if by_gradient { of_gradient(sought, layer, &pass, whole) } else { of_values(simd, sought, &pass, all.value, walking) };
+            Projected { found: walking, value: of, depth: whole[1] }
         } else {
-            value = value + Doubles::of(walking.select(of * length, zero));
-            depth = depth + Doubles::of(walking.select(length, zero));
+            within_range(simd, (sought, by_gradient), layer, &pass, walking)
+        };
+        if sought.extreme().is_some() {
+            let is_larger = cell.found & (!all.found | cell.value.simd_gt(all.value));
+            all.value = is_larger.select(cell.value, all.value);
+        } else {
+            value = value + Doubles::of(cell.found.select(cell.value * length, zero));
+            depth = depth + Doubles::of(cell.found.select(cell.depth * length, zero));
         }
-        all.found |= walking;
+        all.found |= cell.found;
     }
     match sought.extreme() {
         Some(side) => all.value = all.value * side,
@@ -85,30 +93,80 @@ fn of_values<S: Simd>(simd: S, sought: RayValue, pass: &CellPass<S>, known: Floa
     ends.max(value(&b, first)).max(value(&b, second))
 }
 
+/// What of the cells has values in the range, interval by interval: the extreme, times its side, or the mean times the part of the way that it
+/// is of, which stands as the depth.
+#[inline(always)]
+fn within_range<S: Simd>(
+    simd: S,
+    (sought, by_gradient): (RayValue, bool),
+    layer: &FrameLayer,
+    pass: &CellPass<S>,
+    of: Mask<S>,
+) -> Projected<S> {
+    let (zero, one) = (Floats::splat(simd, 0.0), Floats::splat(simd, 1.0));
+    let levels = &layer.appearance.levels;
+    let b = bernstein(&pass.f, &pass.start, &pass.end);
+    let mut all = Projected { found: Mask::splat(simd, false), value: zero, depth: zero };
+    let (mut u, mut above, mut left) = (zero, count_levels(simd, levels, b[0]), of);
+    while left.any_true() {
+        let end = next_end(simd, &b, levels, u, one, above, left);
+        let (there, width) = (left & above.simd_eq(1), end.u - u);
+        let interval = [u, width];
+        let here = if by_gradient { of_gradient(sought, layer, pass, interval) } else { of_interval(sought, &b, interval) };
+        if sought.extreme().is_some() {
+            all.value = (there & (!all.found | here.simd_gt(all.value))).select(here, all.value);
+        } else {
+            all.value += there.select(here * width, zero);
+            all.depth += there.select(width, zero);
+        }
+        all.found |= there;
+        let passed = end.rises.select(Ints::splat(simd, 1), Ints::splat(simd, -1));
+        above = (left & end.passes).select(above + passed, above);
+        u = left.select(end.u, u);
+        left &= u.simd_lt(one);
+    }
+    all
+}
+
+/// The extreme, times its side, or the mean of cubics in intervals, given by where they begin and how wide they are, in which they only rise or
+/// only fall.
+#[inline(always)]
+fn of_interval<S: Simd>(sought: RayValue, b: &[Floats<S>; 4], [u, width]: [Floats<S>; 2]) -> Floats<S> {
+    match sought.extreme() {
+        Some(side) => (value(b, u) * side).max(value(b, u + width) * side),
+        // Of a cubic two points are enough (Gauss and Legendre).
+        None => (value(b, u + width * (0.5 - TWO_POINTS)) + value(b, u + width * (0.5 + TWO_POINTS))) * 0.5,
+    }
+}
+
+/// How far the points of Gauss and Legendre's quadrature with two lie from the middle of [0, 1]: 1/√12.
+pub(crate) const TWO_POINTS: f32 = 0.288_675_13;
+
 /// Intervals of a cell whose ends are looked at for the largest gradient; between three the parabola through them is followed.
 pub(crate) const INTERVALS: usize = 8;
 
-/// The extreme, times its side, or the mean of the gradient's magnitude in the cells, in sample units per mm.
+/// The extreme, times its side, or the mean of the gradient's magnitude in a part of the ways through the cells, given by where it begins and how
+/// wide it is; in sample units per mm.
 #[inline(always)]
-fn of_gradient<S: Simd>(sought: RayValue, layer: &FrameLayer, pass: &CellPass<S>) -> Floats<S> {
+fn of_gradient<S: Simd>(sought: RayValue, layer: &FrameLayer, pass: &CellPass<S>, [u, width]: [Floats<S>; 2]) -> Floats<S> {
     let simd = pass.f[0].token();
     let splat = |v: f32| Floats::splat(simd, v);
     let Some(side) = sought.extreme() else {
         let mut mean = splat(0.0);
         for n in 0..4 {
-            mean += magnitude(layer, pass, splat(NODES[n])) * WEIGHTS[n];
+            mean += magnitude(layer, pass, u + width * NODES[n]) * WEIGHTS[n];
         }
         return mean;
     };
     let step = 1.0 / INTERVALS as f32;
-    let (mut before, mut here) = (magnitude(layer, pass, splat(0.0)) * side, magnitude(layer, pass, splat(step)) * side);
+    let (mut before, mut here) = (magnitude(layer, pass, u) * side, magnitude(layer, pass, u + width * step) * side);
     let mut largest = before.max(here);
     for n in 1..INTERVALS {
-        let after = magnitude(layer, pass, splat((n + 1) as f32 * step)) * side;
+        let after = magnitude(layer, pass, u + width * ((n + 1) as f32 * step)) * side;
         // Where the parabola through the three has its top.
         let bend = before - 2.0 * here + after;
         let top = bend.simd_lt(0.0).select(0.5 * (before - after) / bend, splat(0.0)).max(-1.0).min(1.0);
-        largest = largest.max(after).max(magnitude(layer, pass, (top + n as f32) * step) * side);
+        largest = largest.max(after).max(magnitude(layer, pass, u + width * ((top + n as f32) * step)) * side);
         (before, here) = (here, after);
     }
     largest

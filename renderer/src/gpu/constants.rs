@@ -43,6 +43,7 @@ constants! {
     DECIDED_VOXEL = DECIDED_VOXEL as f32;
     MOST_ROOTS = segments::MOST_ROOTS;
     INTERVALS = project::INTERVALS as u32;
+    TWO_POINTS = project::TWO_POINTS;
     GAUSS_NODES = gauss::NODES;
     GAUSS_WEIGHTS = gauss::WEIGHTS;
     GAUSS_UNTIL = Matrix(gauss::UNTIL);

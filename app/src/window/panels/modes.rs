@@ -50,6 +50,7 @@ pub fn show(ui: &mut Ui, scene: &mut Scene, volumes: &[Arc<Volume>], picture: Op
         }
     });
     if scene.mode.uses(Setting::Numbers) {
+        value_range(ui, &mut scene.value_range, volumes);
         window(ui, &mut scene.window, || projected(scene.mode, volumes, picture));
     } else {
         shading(ui, scene);
@@ -85,6 +86,27 @@ fn shading(ui: &mut Ui, scene: &mut Scene) {
     ui.horizontal(|ui| {
         ui.weak("Depth cue").on_hover_text("How much of the background's colour the farthest takes on");
         percent(ui, &mut scene.depth_cue, "Depth cue");
+    });
+}
+
+/// Which of the scan's values count.
+fn value_range(ui: &mut Ui, range: &mut Option<[f64; 2]>, volumes: &[Arc<Volume>]) {
+    ui.horizontal(|ui| {
+        let mut is_part = range.is_some();
+        let hint = "Looks only where the scan has values between two: bone without the air around it, or air without the bone";
+        if ui.checkbox(&mut is_part, "Only values").on_hover_text(hint).changed() {
+            // From what opens as the surface on: bone, without air.
+            let first = volumes.first().map(|v| [v.default_isovalue().0, v.range()[1]]).filter(|[low, high]| low < high);
+            *range = if is_part { first } else { None };
+        }
+        if let Some([low, high]) = range {
+            let speed = ((*high - *low) / 200.0).max(1e-6);
+            let number = |value| DragValue::new(value).speed(speed).max_decimals(2).update_while_editing(false);
+            // Each stays on its side of the other.
+            let (least, most) = (low.next_up(), high.next_down());
+            ui.add(number(low).range(f64::MIN..=most).prefix("from ")).accessible_name("Lowest value that counts");
+            ui.add(number(high).range(least..=f64::MAX).prefix("to ")).accessible_name("Highest value that counts");
+        }
     });
 }
 
