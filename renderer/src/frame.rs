@@ -4,6 +4,7 @@ use crate::RenderError;
 use crate::appearance::Appearance;
 use crate::camera::PixelRays;
 use crate::modes::{Gather, Setting};
+use crate::roots::Method;
 use crate::scene::{Integrator, Scene, Window};
 use crate::skip::{MapCache, Skip};
 use bregma_field::{Surface, Unit, Volume, spline};
@@ -77,6 +78,8 @@ pub(crate) struct Frame {
     pub shadow_start_mm: f64,
     /// Linear and premultiplied.
     pub background: Vec4,
+    /// How surfaces are found within cells; asked for by every packet of rays.
+    pub method: Method,
     /// Whether hits are found by the solver that the scene names.
     pub has_solver: bool,
     /// The nearest hit is drawn over the next one's.
@@ -165,6 +168,7 @@ impl Frame {
             toward_light: scene.toward_light().as_vec3(),
             shadow_start_mm: reach.finest_mm.map_or(0.0, |mm| SHADOW_START_VOXEL * mm),
             background: scene.background.map_or(Vec4::ZERO, |c| c.linear().extend(1.0)),
+            method: scene.method(),
             has_solver: scene.mode.uses(Setting::Solver),
             overlays: scene.mode.gather() == Gather::FirstOfEach,
             only_nearest: scene.mode.gather() == Gather::Nearest,

@@ -514,7 +514,7 @@ mod tests {
                 at(0.0).abs() < 1e-9 && (at(0.5) - 0.5).abs() < 1e-9 && (at(1.0) - 1.0).abs() < 1e-9 && at(-1.0) == 0.0 && at(2.0) == 1.0
             );
             let (a, b) = (3.0 * r.unit() - 1.0, 3.0 * r.unit() - 1.0);
-            assert_eq!(at(a.min(b)) <= at(a.max(b)), true);
+            assert!(at(a.min(b)) <= at(a.max(b)));
             let threshold = Window { width: 0.0, level: low };
             assert!(threshold.brightness(low) == 1.0 && threshold.brightness(low - 1e-6) == 0.0);
         }

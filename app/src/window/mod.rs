@@ -1,7 +1,7 @@
 //! The window: scans on the left, the picture in the middle, what was measured below.
 //!
-//! Reading ([`loading`]) and drawing ([`picture::painter`]) have threads of their own; the window only shows what they bring. This file is
-//! the frame; [`panels`] has a row for each panel, and [`bench`] is what all of them work on.
+//! Reading (`loading`) and drawing (`picture::painter`) have threads of their own; the window only shows what they bring. This file is
+//! the frame; `panels` has a row for each panel, and `bench` is what all of them work on.
 
 mod bench;
 mod commands;

@@ -7,10 +7,9 @@ use super::line::Line;
 use super::nearest::Drawn;
 use super::ray::View;
 use super::volume::{Field, world_line_of};
-use crate::frame::FrameLayer;
+use crate::frame::{Frame, FrameLayer};
 use crate::lanes::{Doubles, Floats, Ints, Mask, axes};
 use crate::roots::{Method, spline, trilinear};
-use crate::scene::Scene;
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 use glam::{Vec3, Vec4};
@@ -38,7 +37,7 @@ impl<S: Simd> Face<S> {
 #[inline(always)]
 pub(super) fn face_of<S: Simd>(
     simd: S,
-    scene: &Scene,
+    frame: &Frame,
     layer: &FrameLayer,
     field: &Field<'_>,
     lines: &Line<S>,
@@ -62,7 +61,7 @@ pub(super) fn face_of<S: Simd>(
             }
             let cell = axes!(a => p[a].floor().to_int::<Ints<S>>().max(0).min(dims[a] - 2));
             let local = axes!(a => (at[a] - Doubles::of(cell[a].to_float())).to_floats().max(0.0).min(1.0));
-            let value = match scene.method() {
+            let value = match frame.method {
                 Method::Spline => {
                     let (value, _) = spline::value_and_gradient(simd, &field.source.taps(dims, &cell, is), &local);
                     field.sign * (value - field.level)
@@ -77,12 +76,12 @@ pub(super) fn face_of<S: Simd>(
 /// The faces of cuts that show values: of all volumes, of which those are found that a transfer function or a surface makes visible there.
 #[inline(always)]
 pub(super) fn faces<S: Simd>(simd: S, view: &View<'_, S>, lines: &[Line<S>]) -> Vec<Drawn<S>> {
-    let View { frame, scene, pixels, .. } = *view;
+    let View { frame, pixels, .. } = *view;
     let mut faces = vec![];
     for (layer, lines) in frame.layers.iter().zip(lines).filter(|(layer, _)| layer.appearance.shows_faces) {
         let field = Field::of(layer);
         let kept = kept(simd, &layer.placement.surface.region, &world_line_of(simd, frame, pixels));
-        let face = face_of(simd, scene, layer, &field, lines, &kept, pixels.inside);
+        let face = face_of(simd, frame, layer, &field, lines, &kept, pixels.inside);
         let zero = Floats::splat(simd, 0.0);
         faces.push(Drawn {
             found: face.is & face.value.simd_ge(zero),

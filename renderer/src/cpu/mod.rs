@@ -132,7 +132,7 @@ fn draw(level: Level, frame: &Frame, scene: &Scene, width: u32, height: u32) -> 
         Gather::Crossings | Gather::Density => true,
         Gather::Nearest | Gather::FirstOfEach => false,
     };
-    if !goes_on && scene.method() == Method::Solver(Solver::Filter) {
+    if !goes_on && frame.method == Method::Solver(Solver::Filter) {
         return Err(RenderError::NeedsGpu(scene.solver));
     }
     let mut picture = Picture::of(encode(Vec4::ZERO, frame.background), width, height);

@@ -69,7 +69,7 @@ pub(super) fn project<S: Simd>(
         all.found |= cell.found;
     }
     match sought.extreme() {
-        Some(side) => all.value = all.value * side,
+        Some(side) => all.value *= side,
         None => (all.value, all.depth) = (value.to_floats(), depth.to_floats()),
     }
     all

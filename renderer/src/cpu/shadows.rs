@@ -20,7 +20,7 @@ pub(super) fn shadowed<S: Simd>(simd: S, view: &View<'_, S>, s: Floats<S>, asked
         if asked.any_true() {
             let part = Part { begin: kept.begin, s_min: Floats::splat(simd, 0.0), s_max };
             let field = Field::of(layer);
-            dark |= field.first_hits(simd, Some(view.scene.method()), &lines, &part, asked).found;
+            dark |= field.first_hits(simd, Some(view.frame.method), &lines, &part, asked).found;
         }
     }
     dark

@@ -80,11 +80,11 @@ pub fn split(level: Level, frame: &Frame, scene: &Scene, width: u32, height: u32
     let mut limits = vec![f32::MAX; width as usize * height as usize];
     for layer in &frame.layers {
         let samples = Source::of(&layer.placement.surface);
-        let (solved, depths) = Rays { level, layer, width, limits: &limits }.time(Some(scene.method()), samples);
+        let (solved, depths) = Rays { level, layer, width, limits: &limits }.time(Some(frame.method), samples);
         let known = Rays { level, layer, width, limits: &depths };
         // Fixed steps have no solver apart from what they fetch and interpolate.
-        let (walked, fetched) = if scene.method().is_stepping() {
-            (known.time(Some(scene.method()), Source::Nothing).0, solved)
+        let (walked, fetched) = if frame.method.is_stepping() {
+            (known.time(Some(frame.method), Source::Nothing).0, solved)
         } else {
             (known.time(None, Source::Nothing).0, known.time(None, samples).0)
         };

@@ -12,7 +12,7 @@ use super::packets::Pixels;
 use super::volume::{Field, line_of, toward_viewer, world_line_of};
 use crate::frame::{Frame, FrameLayer};
 use crate::lanes::{Floats, Vecs, axes};
-use crate::roots::spline;
+use crate::roots::{Method, spline};
 use crate::scene::{Normals, Scene};
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
@@ -36,7 +36,7 @@ pub(super) fn trace<S: Simd>(
     let kept = kept(simd, &layer.placement.surface.region, &world_line_of(simd, frame, pixels));
     let splat = |v| Floats::splat(simd, v);
     let id = splat((layer.placement.index + 1) as f32);
-    let face = face_of(simd, scene, layer, &field, &lines, &kept, pixels.inside);
+    let face = face_of(simd, frame, layer, &field, &lines, &kept, pixels.inside);
     let mut s_far = splat(s_max).min(kept.end);
     if frame.only_nearest {
         // What lies behind an opaque hit is not asked for.
@@ -45,11 +45,11 @@ pub(super) fn trace<S: Simd>(
         }
     }
     let part = Part { begin: kept.begin, s_min: Floats::splat(simd, s_min), s_max: s_far };
-    let found = field.first_hits(simd, Some(scene.method()), &lines, &part, pixels.inside & !face.is);
+    let found = field.first_hits(simd, Some(frame.method), &lines, &part, pixels.inside & !face.is);
     if !(found.found | face.is).any_true() {
         return None;
     }
-    let normal = world_normal(simd, scene, &field, layer, &lines, &found, &kept);
+    let normal = world_normal(simd, (frame.method, scene.normals), &field, layer, &lines, &found, &kept);
     Some(Drawn {
         found: found.found | face.is,
         s: face.is.select(kept.begin, found.s),
@@ -66,15 +66,15 @@ pub(super) fn trace<S: Simd>(
 #[inline(always)]
 fn world_normal<S: Simd>(
     simd: S,
-    scene: &Scene,
+    (method, normals): (Method, Normals),
     field: &Field<'_>,
     layer: &FrameLayer,
     lines: &Line<S>,
     hits: &Hit<S>,
     kept: &Kept<S>,
 ) -> Vecs<S> {
-    let surface = match scene.normals {
-        _ if scene.draws_spline() => {
+    let surface = match normals {
+        _ if method == Method::Spline => {
             spline::value_and_gradient(simd, &field.source.taps(field.dims, &hits.cell, hits.found), &hits.local).1
         }
         Normals::Smooth => field.source.smooth_gradient(simd, field.dims, &hits.cell, &hits.local, hits.found, &mut Around::unknown(simd)),
