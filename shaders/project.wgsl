@@ -85,15 +85,23 @@ fn within_range(way: CellPass) -> Projected {
     var all = Projected(false, 0.0, 0.0);
     var u = 0.0;
     var above = count_levels(b.x);
+    var from_value = b.x;
     while u < 1.0 {
         let end = next_end(b, u, 1.0, above);
         let width = end.u - u;
+        // Where an end of the range is passed the value is that end.
+        var to_value = cubic_value(b, end.u);
+        if end.passes {
+            to_value = level_at(select(above - 1, above, end.rises));
+        }
         if above == 1 {
             var here: f32;
             if OF_GRADIENT {
                 here = of_gradient(way, u, width);
+            } else if EXTREME != 0.0 {
+                here = max(from_value * EXTREME, to_value * EXTREME);
             } else {
-                here = of_interval(b, u, width);
+                here = (cubic_value(b, u + width * (0.5 - TWO_POINTS)) + cubic_value(b, u + width * (0.5 + TWO_POINTS))) * 0.5;
             }
             if EXTREME != 0.0 {
                 all.value = select(all.value, here, !all.found || here > all.value);
@@ -107,16 +115,9 @@ fn within_range(way: CellPass) -> Projected {
             above += select(-1, 1, end.rises);
         }
         u = end.u;
+        from_value = to_value;
     }
     return all;
-}
-
-// The extreme, times its side, or the mean of a cubic in an interval in which it only rises or only falls.
-fn of_interval(b: vec4<f32>, u: f32, width: f32) -> f32 {
-    if EXTREME != 0.0 {
-        return max(cubic_value(b, u) * EXTREME, cubic_value(b, u + width) * EXTREME);
-    }
-    return (cubic_value(b, u + width * (0.5 - TWO_POINTS)) + cubic_value(b, u + width * (0.5 + TWO_POINTS))) * 0.5;
 }
 
 // The extreme, times its side, or the mean of the gradient's magnitude in a part of the way through a cell, in sample units per mm.

@@ -188,7 +188,7 @@ fn of_a_range_of_values_projections_equal_a_quadrature() {
             let pictures = [CpuRenderer::default().render(&volumes, &scene, w, h).unwrap(), gpu().render(&volumes, &scene, w, h).unwrap()];
             let (mut worst, mut compared, mut empty) = (0.0_f64, 0, 0);
             let mut random = Random(3);
-            for _ in 0..150 {
+            for _ in 0..500 {
                 let (x, y) = ((random.unit() * f64::from(w)) as u32, (random.unit() * f64::from(h)) as u32);
                 let ray = scene.camera.ray(f64::from(x), f64::from(y), w, h);
                 let (points, part) = along(&volumes[0], DAffine3::IDENTITY, &ray, 0.002);
@@ -214,7 +214,7 @@ fn of_a_range_of_values_projections_equal_a_quadrature() {
                 compared += 1;
             }
             println!("{mode:?} of {range:?}: largest difference {worst:.1e} of {compared} rays; {empty} meet nothing of it");
-            assert!(worst < 2e-3 && compared > 10, "{mode:?} of {range:?}: {worst}");
+            assert!(worst < 5e-4 && compared > 10, "{mode:?} of {range:?}: {worst}");
         }
     }
 }

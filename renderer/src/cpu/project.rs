@@ -2,6 +2,7 @@
 //!
 //! The twin of `shaders/project.wgsl`.
 
+use super::brick::FAR;
 use super::cells::CellPass;
 use super::gauss::{NODES, WEIGHTS};
 use super::gradient::world_gradient;
@@ -53,8 +54,8 @@ pub(super) fn project<S: Simd>(
         let length = pass.s[1] - pass.s[0];
         let cell = if layer.appearance.levels.is_empty() {
             let whole = [zero, Floats::splat(simd, 1.0)];
-            let of =
-                if by_gradient { of_gradient(sought, layer, &pass, whole) } else { of_values(simd, sought, &pass, all.value, walking) };
+            let known = all.found.select(all.value, Floats::splat(simd, -FAR));
+            let of = if by_gradient { of_gradient(sought, layer, &pass, whole) } else { of_values(simd, sought, &pass, known, walking) };
             Projected { found: walking, value: of, depth: whole[1] }
         } else {
             within_range(simd, (sought, by_gradient), layer, &pass, walking)
@@ -108,11 +109,21 @@ fn within_range<S: Simd>(
     let b = bernstein(&pass.f, &pass.start, &pass.end);
     let mut all = Projected { found: Mask::splat(simd, false), value: zero, depth: zero };
     let (mut u, mut above, mut left) = (zero, count_levels(simd, levels, b[0]), of);
+    let mut from = b[0];
     while left.any_true() {
         let end = next_end(simd, &b, levels, u, one, above, left);
         let (there, width) = (left & above.simd_eq(1), end.u - u);
-        let interval = [u, width];
-        let here = if by_gradient { of_gradient(sought, layer, pass, interval) } else { of_interval(sought, &b, interval) };
+        // Where an end of the range is passed the value is that end, whatever the root is off by: of two volumes that go beyond it neither is
+        // ahead.
+        let is_low = end.rises.select(above, above - 1).simd_eq(0);
+        let passed = is_low.select(Floats::splat(simd, levels[0]), Floats::splat(simd, levels[1]));
+        let to = end.passes.select(passed, value(&b, end.u));
+        let here = match sought.extreme() {
+            _ if by_gradient => of_gradient(sought, layer, pass, [u, width]),
+            Some(side) => (from * side).max(to * side),
+            // Of a cubic two points are enough (Gauss and Legendre).
+            None => (value(&b, u + width * (0.5 - TWO_POINTS)) + value(&b, u + width * (0.5 + TWO_POINTS))) * 0.5,
+        };
         if sought.extreme().is_some() {
             all.value = (there & (!all.found | here.simd_gt(all.value))).select(here, all.value);
         } else {
@@ -120,23 +131,12 @@ fn within_range<S: Simd>(
             all.depth += there.select(width, zero);
         }
         all.found |= there;
-        let passed = end.rises.select(Ints::splat(simd, 1), Ints::splat(simd, -1));
-        above = (left & end.passes).select(above + passed, above);
-        u = left.select(end.u, u);
+        let step = end.rises.select(Ints::splat(simd, 1), Ints::splat(simd, -1));
+        above = (left & end.passes).select(above + step, above);
+        (u, from) = (left.select(end.u, u), left.select(to, from));
         left &= u.simd_lt(one);
     }
     all
-}
-
-/// The extreme, times its side, or the mean of cubics in intervals, given by where they begin and how wide they are, in which they only rise or
-/// only fall.
-#[inline(always)]
-fn of_interval<S: Simd>(sought: RayValue, b: &[Floats<S>; 4], [u, width]: [Floats<S>; 2]) -> Floats<S> {
-    match sought.extreme() {
-        Some(side) => (value(b, u) * side).max(value(b, u + width) * side),
-        // Of a cubic two points are enough (Gauss and Legendre).
-        None => (value(b, u + width * (0.5 - TWO_POINTS)) + value(b, u + width * (0.5 + TWO_POINTS))) * 0.5,
-    }
 }
 
 /// How far the points of Gauss and Legendre's quadrature with two lie from the middle of [0, 1]: 1/√12.
