@@ -9,7 +9,7 @@ use std::sync::Arc;
 /// Shows the chooser and what the chosen mode uses. `picture` is the newest one.
 pub fn show(ui: &mut Ui, scene: &mut Scene, volumes: &[Arc<Volume>], picture: Option<&Picture>) {
     ui.horizontal_top(|ui| {
-        Grid::new("modes").spacing([14.0, 2.0]).show(ui, |ui| {
+        Grid::new("modes").spacing([8.0, 2.0]).show(ui, |ui| {
             for row in Mode::ALL.chunks(3) {
                 for mode in row {
                     let facts = mode.facts();
