@@ -10,7 +10,7 @@ use glam::DVec3;
 /// use glam::DVec3;
 ///
 /// let ray = Ray::new(WorldPoint(DVec3::ZERO), DVec3::new(0.0, 3.0, 4.0)).expect("that is a direction");
-/// assert_eq!(ray.at(10.0).0, DVec3::new(0.0, 6.0, 8.0));
+/// assert!(ray.at(10.0).0.distance(DVec3::new(0.0, 6.0, 8.0)) < 1e-12);
 /// assert!(Ray::new(WorldPoint(DVec3::ZERO), DVec3::ZERO).is_none());
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
