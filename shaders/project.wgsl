@@ -6,6 +6,8 @@
 // 1 where it is the largest value, -1 where the smallest, 0 where it is the integral; and whether of the gradient's magnitude and not of the value.
 override EXTREME: f32;
 override OF_GRADIENT: bool;
+// Whether only what has values in a range counts; compiled out where not, as walks take a third longer beside it.
+override IN_RANGE: bool;
 
 // What a cell gives: whether any of it counts, the extreme, times its side, or the mean, and the part of the way through it that counts; the
 // mean is times this.
@@ -36,7 +38,7 @@ fn project(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
             walk.place = place;
             let length = way.s.y - way.s.x;
             var cell = Projected(true, 0.0, 1.0);
-            if params.levels.count > 0u {
+            if IN_RANGE {
                 cell = within_range(way);
             } else if OF_GRADIENT {
                 cell.value = of_gradient(way, 0.0, 1.0);

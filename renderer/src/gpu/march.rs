@@ -108,7 +108,7 @@ impl GpuRenderer {
         let mut gathered = vec![[f32::NAN; 2]; width as usize * height as usize * count];
         let passes: Vec<usize> = (0..count).filter(|&n| !frame.layers[n].placement.surface.grid.is_flat()).collect();
         let plan = self.plan(frame, scene, width, height, count)?;
-        let parts = Parts::Project { of, by_gradient: scene.of_gradient };
+        let parts = Parts::Project { of, by_gradient: scene.of_gradient, in_range: scene.value_range.is_some() };
         let (hits, back) = (hit_buffer(&self.gpu, plan.pixels() * count), readback(&self.gpu, &plan));
         for blocks in plan.batches() {
             for (own, &layer) in plan.trace.iter().enumerate().zip(&passes) {

@@ -47,7 +47,7 @@ enum Parts {
     /// Everything, for rays to the light.
     Shadow,
     /// Through the whole volume, to one number.
-    Project { of: RayValue, by_gradient: bool },
+    Project { of: RayValue, by_gradient: bool, in_range: bool },
 }
 
 /// The file that has a solver's `first_entry` in a segment of a cell, and the numbers that it is compiled with.
@@ -93,8 +93,13 @@ fn trace_shader(reads: Reads, method: Method, parts: Parts) -> (String, &'static
     }
     let (module, entry) = match parts {
         Parts::Shadow => ("shadows", "shadow"),
-        Parts::Project { of, by_gradient } => {
-            numbers = vec![("EXTREME", f64::from(of.extreme().unwrap_or(0.0))), ("OF_GRADIENT", f64::from(u8::from(by_gradient)))];
+        Parts::Project { of, by_gradient, in_range } => {
+            let number = |is: bool| f64::from(u8::from(is));
+            numbers = vec![
+                ("EXTREME", f64::from(of.extreme().unwrap_or(0.0))),
+                ("OF_GRADIENT", number(by_gradient)),
+                ("IN_RANGE", number(in_range)),
+            ];
             ("project", "project")
         }
         _ => ("trace", "trace"),
@@ -236,7 +241,7 @@ mod tests {
             .map(|component| [false, true].map(|in_layers| Reads { component, in_layers }))
             .concat();
         let projections = [(RayValue::Max, true), (RayValue::Max, false), (RayValue::Mean, true), (RayValue::Mean, false)];
-        let projections = projections.map(|(of, by_gradient)| Parts::Project { of, by_gradient });
+        let projections = projections.map(|(of, by_gradient)| Parts::Project { of, by_gradient, in_range: by_gradient });
         for method in Solver::ALL.map(Method::Solver).into_iter().chain([Method::Spline]) {
             for parts in [Parts::Walk, Parts::Fetch, Parts::Solve, Parts::Shadow].into_iter().chain(projections) {
                 // Projections have no solver.
