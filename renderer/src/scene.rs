@@ -426,6 +426,16 @@ impl Scene {
             .collect()
     }
 
+    /// Whether its pictures have values: one number for each pixel.
+    pub fn gives_values(&self) -> bool {
+        self.mode.uses(Setting::Numbers)
+    }
+
+    /// Whether something is cut away and the faces of the cuts can show.
+    pub fn has_cut_faces(&self) -> bool {
+        !self.clips.is_empty() && self.mode.uses(Setting::Shading)
+    }
+
     /// Whether what is drawn are surfaces of the spline.
     pub fn draws_spline(&self) -> bool {
         self.reconstruction == Reconstruction::Spline && self.mode.uses(Setting::Solver)

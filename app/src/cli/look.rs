@@ -174,7 +174,7 @@ impl LookArgs {
         let uses = |setting| scene.mode.uses(setting);
         let (dvr, numbers, shaded) = (uses(Setting::Transfer), uses(Setting::Numbers), uses(Setting::Shading));
         let (surfaces, shells) = (uses(Setting::Surfaces), uses(Setting::Shells));
-        let cut = !scene.clips.is_empty() && shaded;
+        let cut = scene.has_cut_faces();
         let faces = cut && scene.cut_face != CutFace::Bone;
         let by_transfer = dvr || cut && scene.cut_face == CutFace::Transfer;
         let steps = dvr && scene.integrator != Integrator::Exact;

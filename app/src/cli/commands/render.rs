@@ -4,7 +4,7 @@ use crate::cli::args::{CameraArgs, RenderArgs};
 use crate::cli::error::CommandError;
 use crate::cli::opening::{open, require_spacing, set_isovalues};
 use crate::cli::terminal::warn;
-use bregma_renderer::{Camera, FOV_DEG, Projection, Setting};
+use bregma_renderer::{Camera, FOV_DEG, Projection};
 use bregma_session::output::{write_depth, write_png, write_values, write_volume_id};
 use bregma_session::{Compare, Machine, Opened};
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ pub fn render(args: &RenderArgs, machine: Machine) -> Result<(), CommandError> {
     opened.scene.solver = args.solver.unwrap_or(opened.scene.solver);
     opened.scene.background = args.background.map_or(opened.scene.background, |b| b.0);
     opened.scene.camera = camera(&args.camera, &opened);
-    if args.values.is_some() && !opened.scene.mode.uses(Setting::Numbers) {
+    if args.values.is_some() && !opened.scene.gives_values() {
         return Err(CommandError::Usage("--values are those of --mode max, mean or xray: ask for one of these".into()));
     }
     let (width, height) = args.size;

@@ -5,7 +5,7 @@ use super::super::picture::navigate::anatomical;
 use super::super::widgets::{line, vector};
 use super::modes;
 use bregma_field::{Unit, Volume};
-use bregma_renderer::{Bounds, Camera, Clip, CutFace, Mode, Scene, Setting, Shape, Window};
+use bregma_renderer::{Bounds, Camera, Clip, CutFace, Mode, Scene, Shape, Window};
 use egui::{Align, CollapsingHeader, DragValue, Frame, Grid, Layout, RichText, Slider, Ui};
 use glam::DVec3;
 use std::sync::Arc;
@@ -48,7 +48,7 @@ pub fn show(ui: &mut Ui, work: &mut Work) {
         if let Some(n) = removed {
             scene.clips.remove(n);
         }
-        if !scene.clips.is_empty() && scene.mode.uses(Setting::Shading) {
+        if scene.has_cut_faces() {
             face(ui, scene, &work.opened.volumes);
         }
     });
