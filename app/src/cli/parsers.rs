@@ -44,8 +44,8 @@ pub fn point(text: &str) -> Result<DVec3, String> {
 
 /// Two numbers, the second above the first.
 pub fn range(text: &str) -> Result<[f64; 2], String> {
-    numbers::<2>(text)?.is_sorted_by(|low, high| low < high).then_some(()).ok_or("its low end is not below its high end")?;
-    numbers(text)
+    let [low, high] = numbers(text)?;
+    if low < high { Ok([low, high]) } else { Err("its low end is not below its high end".into()) }
 }
 
 pub fn pair(text: &str) -> Result<(f64, f64), String> {

@@ -117,9 +117,7 @@ impl Linker<'_> {
     }
 
     fn add(&mut self, import: &str) {
-        let fills = |table: &[(&'static str, &'static str)]| table.iter().find(|(slot, _)| *slot == import).map(|(_, file)| *file);
-        let own = self.filled.iter().find(|(slot, _)| *slot == import).map(|(_, file)| *file);
-        let name = own.or_else(|| fills(SLOTS)).unwrap_or(import);
+        let name = self.filled.iter().chain(SLOTS).find(|(slot, _)| *slot == import).map_or(import, |(_, file)| file);
         if self.linked.iter().any(|known| known == name) {
             return;
         }
