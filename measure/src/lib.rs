@@ -4,6 +4,7 @@ mod edge;
 pub mod export;
 pub mod landmarks;
 pub mod mesh;
+pub mod numbers;
 mod probe;
 pub mod thickness;
 mod uncertainty;

@@ -107,6 +107,38 @@ impl Camera {
         Self { eye_mm, target_mm: bounds.centre_mm, up: DVec3::Z, projection: Projection::Perspective { fov_deg } }
     }
 
+    /// The orbit at which `points` just fill a picture that is `aspect` times as wide as it is high, but for a rim of a twentieth; of none,
+    /// the orbit of nothing.
+    ///
+    /// ```text
+    /// a point at x across and z behind the target's plane is seen where |x − c| ≤ t·(d + z): with t, the tangent of half the view,
+    ///     d = max over both axes of (max(x − t·z) − min(x + t·z)) / 2t,   c = (max(x − t·z) + min(x + t·z)) / 2
+    /// ```
+    pub fn framing(points: &[DVec3], azimuth_deg: f64, elevation_deg: f64, aspect: f64) -> Self {
+        let unit = Bounds { centre_mm: points.first().copied().unwrap_or_default(), radius_mm: 1.0 };
+        let mut camera = Self::orbit(&unit, azimuth_deg, elevation_deg);
+        let Basis { right, up, forward } = camera.basis();
+        if points.is_empty() {
+            return camera;
+        }
+        let along = |axis: DVec3| points.iter().map(move |p| (*p - unit.centre_mm).dot(axis));
+        // The distance that an axis asks for, and the middle of what is seen along it.
+        let fitted = |axis: DVec3, tangent: f64| {
+            let farthest =
+                |sign: f64| along(axis).zip(along(forward)).map(|(x, z)| sign * x - tangent * z).fold(f64::NEG_INFINITY, f64::max);
+            let (most, least) = (farthest(1.0), -farthest(-1.0));
+            ((most - least) / (2.0 * tangent), (most + least) / 2.0)
+        };
+        let half = 0.95 * camera.half_height();
+        let [(wide, x), (high, y)] = [fitted(right, half * aspect), fitted(up, half)];
+        let (nearest, farthest) = along(forward).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), z| (a.min(z), b.max(z)));
+        let foot = unit.centre_mm + x * right + y * up;
+        // No point lies on the eye's own plane.
+        camera.eye_mm = foot - wide.max(high).max(1e-3 - nearest) * forward;
+        camera.target_mm = foot + 0.5 * (nearest + farthest) * forward;
+        camera
+    }
+
     /// The picture's axes. A view along `up` takes another axis for it; an eye on its target looks from anterior.
     pub fn basis(&self) -> Basis {
         let forward = (self.target_mm - self.eye_mm).try_normalize().unwrap_or(DVec3::Y);
@@ -182,6 +214,21 @@ mod tests {
         let Basis { right, up, forward } = camera.basis();
         assert!((forward - DVec3::Y).length() < 1e-12 && (up - DVec3::Z).length() < 1e-12);
         assert!((right - DVec3::X).length() < 1e-12, "the patient's left (+x) is on the viewer's right");
+    }
+
+    #[test]
+    fn framed_points_fill_the_picture_but_for_its_rim() {
+        // Fails if a point lies outside, or the picture has more room around them than its rim.
+        let points: Vec<DVec3> =
+            (0..60).map(|n| f64::from(n)).map(|n| DVec3::new(90.0 * n.sin(), 30.0 * (1.7 * n).cos(), 2.0 * n)).collect();
+        for (azimuth_deg, elevation_deg, [w, h]) in [(35.0, 10.0, [400, 500]), (0.0, 90.0, [800, 300]), (200.0, -40.0, [64, 64])] {
+            let camera = Camera::framing(&points, azimuth_deg, elevation_deg, f64::from(w) / f64::from(h));
+            let [x, y] = [f64::from(w), f64::from(h)].map(|n| n / 2.0);
+            let rim = points.iter().map(|p| camera.project(WorldPoint(*p), w, h).unwrap());
+            let farthest = rim.map(|(px, py)| ((px + 0.5 - x) / x).abs().max(((py + 0.5 - y) / y).abs())).fold(0.0, f64::max);
+            assert!((farthest - 0.95).abs() < 1e-9, "{farthest}");
+        }
+        assert!(Camera::framing(&[], 0.0, 0.0, 1.0).basis().forward.is_finite());
     }
 
     #[test]

@@ -5,9 +5,10 @@ use crate::measurement::Measurement;
 use crate::session_file::{Landmark, Session, SessionError};
 use crate::source::Source;
 use bregma_field::formats::{OpenError, Scan};
-use bregma_field::{Cancelled, Progress, TransformError, Volume, read_transform};
-use bregma_renderer::{Layer, MOST_VOLUMES, Scene};
+use bregma_field::{BRICK, Cancelled, IndexPoint, Progress, Surface, TransformError, Volume, read_transform};
+use bregma_renderer::{Layer, MOST_VOLUMES, Mode, Scene};
 use bregma_synthetic::Which;
+use glam::DVec3;
 use std::collections::HashSet;
 use std::path::Path;
 use std::sync::Arc;
@@ -131,6 +132,27 @@ impl Opened {
         bregma_renderer::Bounds::of(surfaces.iter().map(|(_, s)| &s.grid))
     }
 
+    /// Points around all that is seen of the visible volumes' surfaces where the scene puts them: corners of the blocks that they pass.
+    pub fn bone_points_mm(&self) -> Vec<DVec3> {
+        self.scene.surfaces(&self.volumes).unwrap_or_default().iter().flat_map(|(_, surface)| bone_points(surface)).collect()
+    }
+
+    /// The look that scans open with: two or more laid over each other, seen from before and the left, as large as a picture that is `aspect`
+    /// times as wide as high holds them. A session keeps its own.
+    pub fn first_look(&mut self, aspect: f64) {
+        if self.from_session {
+            return;
+        }
+        if self.volumes.len() > 1 {
+            self.scene.mode = Mode::Overlay;
+        }
+        let mut points = self.bone_points_mm();
+        if points.is_empty() {
+            points = self.volumes.iter().flat_map(|v| v.grid().corners_mm()).collect();
+        }
+        self.scene.camera = bregma_renderer::Camera::framing(&points, 35.0, 10.0, aspect);
+    }
+
     fn look_from_the_front(&mut self) {
         self.scene.camera = bregma_renderer::Camera::orbit(&self.bounds(), 0.0, 0.0);
     }
@@ -146,6 +168,25 @@ impl Opened {
         });
         of_files.chain(outside).collect()
     }
+}
+
+/// Corners of the first and the last block of each row that the surface passes.
+fn bone_points(surface: &Surface) -> Vec<DVec3> {
+    let bricks = surface.volume.bricks();
+    let ([nx, ny, _], last) = (bricks.dims(), surface.grid.dims().map(|n| n - 1));
+    let passes = |[low, high]: &[f32; 2]| (f64::from(*low)..=f64::from(*high)).contains(&surface.level);
+    let rows = bricks.ranges().chunks(nx.max(1)).enumerate();
+    let ends = rows.filter_map(|(row, ranges)| {
+        let (first, last) = (ranges.iter().position(passes)?, ranges.iter().rposition(passes)?);
+        Some([[first, row % ny, row / ny], [last, row % ny, row / ny]])
+    });
+    let corners = |brick: [usize; 3]| {
+        (0..8).map(move |n| {
+            let corner: [f64; 3] = std::array::from_fn(|axis| ((brick[axis] + (n >> axis & 1)) * BRICK).min(last[axis]) as f64);
+            surface.grid.world(IndexPoint(corner.into())).0
+        })
+    };
+    ends.flatten().flat_map(corners).collect()
 }
 
 /// A scan, and the layer that a session has for it.

@@ -30,6 +30,11 @@ pub struct Source {
 }
 
 impl Source {
+    /// What it is called: its file's name.
+    pub fn name(&self) -> String {
+        self.file.file_name().unwrap_or(self.file.as_os_str()).to_string_lossy().into_owned()
+    }
+
     /// Reads the headers of the scan.
     pub fn scan(&self, progress: &Progress) -> Result<Scan, OpenError> {
         let raw = self.raw.as_ref().map(|raw| raw.layout);

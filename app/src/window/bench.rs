@@ -1,17 +1,22 @@
 //! What the picture, the panels and the menus work on.
 
-use super::files::{Dialog, Pick};
+use super::document::{Document, Next};
+use super::files::{Ask, Asking};
 use super::history::History;
 use super::loading::Loading;
 use super::measured::{Measured, Work};
-use super::notices::Notices;
+use super::menu::Command;
+use super::messages::Messages;
+use super::palette::Palette;
 use super::picture::cast::Found;
 use super::picture::painter::Painter;
 use super::picture::view::View;
+use super::recovery::{Kept, Recovery};
+use super::remembered::Remembered;
 use bregma_measure::DifferenceRay;
 use bregma_session::save::SaveError;
 use bregma_session::{Opened, Source};
-use egui::Context;
+use egui::{Context, Id, Modal};
 use std::path::{Path, PathBuf};
 
 /// What is done with the files that a person chose.
@@ -23,6 +28,14 @@ pub struct Bench {
     pub work: Work,
     /// Its earlier and later states.
     pub history: History,
+    /// The session that it belongs to.
+    pub document: Document,
+    /// What it would be recovered from.
+    pub recovery: Recovery,
+    /// What earlier runs left behind, while it is offered.
+    pub left_behind: Vec<Kept>,
+    /// What the window remembers from one run to the next.
+    pub remembered: Remembered,
     /// What its rays meet.
     pub found: Vec<Found>,
     /// Where the mouse is along the selected ray, mm.
@@ -34,24 +47,38 @@ pub struct Bench {
     /// Scans on their way in.
     pub loading: Option<Loading>,
     /// What the person should know.
-    pub notices: Notices,
-    dialog: Option<Dialog<Then>>,
+    pub messages: Messages,
+    /// Every command by its name.
+    pub palette: Palette,
+    /// What would take the place of unsaved work, while the person is asked.
+    pub question: Option<Next>,
+    /// The person agreed to close the window.
+    pub may_close: bool,
+    asking: Option<Asking<Then>>,
 }
 
 impl Bench {
-    /// With nothing open yet but what is `loading`.
-    pub fn new(ctx: &Context, loading: Option<Loading>) -> Self {
+    /// With nothing open yet but what is `loading`; `state` is the folder that is written to between runs.
+    pub fn new(ctx: &Context, loading: Option<Loading>, state: Option<PathBuf>) -> Self {
         let work = Work { opened: Opened::new(vec![], vec![]), measured: Measured::default() };
+        let (remembered, recovery) = (Remembered::read(state.as_deref()), Recovery::new(state));
         Self {
             history: History::new(&work),
+            document: Document::new(None, &work),
+            left_behind: recovery.left_behind(),
+            recovery,
+            remembered,
             work,
             found: vec![],
             hovered_mm: None,
             view: View::default(),
             painter: Painter::new(ctx),
             loading,
-            notices: Notices::default(),
-            dialog: None,
+            messages: Messages::default(),
+            palette: Palette::default(),
+            question: None,
+            may_close: false,
+            asking: None,
         }
     }
 
@@ -62,7 +89,7 @@ impl Bench {
 
     /// Nobody is asked for a file.
     pub fn can_ask(&self) -> bool {
-        self.dialog.is_none()
+        self.asking.is_none()
     }
 
     /// The difference rays that were found.
@@ -71,80 +98,154 @@ impl Bench {
     }
 
     /// Asks for files, unless something is asked already; then does `then` with them.
-    pub fn ask(&mut self, ctx: &Context, pick: Pick, then: impl FnOnce(&mut Self, &Context, Vec<PathBuf>) + 'static) {
+    pub fn ask(&mut self, ctx: &Context, ask: Ask, then: impl FnOnce(&mut Self, &Context, Vec<PathBuf>) + 'static) {
         if self.can_ask() {
-            self.dialog = Some(Dialog::open(ctx, pick, Box::new(then)));
+            self.asking = Some(Asking::open(ctx, ask, Box::new(then)));
         }
     }
 
     /// Asks where to save, then has it written there and says so.
-    pub fn save(&mut self, ctx: &Context, pick: Pick, write: impl FnOnce(&Self, &Path) -> Result<(), SaveError> + 'static) {
-        self.ask(ctx, pick, |bench, _, files| match write(bench, &files[0]) {
-            Ok(()) => bench.notices.note(format!("Saved {}", files[0].display())),
-            Err(error) => bench.notices.error(error.to_string()),
+    pub fn save(&mut self, ctx: &Context, ask: Ask, write: impl FnOnce(&Self, &Path) -> Result<(), SaveError> + 'static) {
+        self.ask(ctx, ask, |bench, _, files| match write(bench, &files[0]) {
+            Ok(()) => bench.messages.note(format!("Saved {}", files[0].display())),
+            Err(error) => bench.messages.error(error.to_string()),
         });
     }
 
-    /// Begins to read scans, which take the place of what is open unless they are added.
-    pub fn load(&mut self, ctx: &Context, paths: Vec<PathBuf>, adds: bool) {
+    /// Begins to read scans that join what is open.
+    pub fn add(&mut self, ctx: &Context, paths: Vec<PathBuf>) {
+        self.read(|ctx| Loading::files(ctx, sources(paths), true), ctx);
+    }
+
+    /// Begins to read scans or a session that take the place of what is open.
+    pub fn load(&mut self, ctx: &Context, paths: Vec<PathBuf>) {
+        self.read(|ctx| Loading::files(ctx, sources(paths), false), ctx);
+    }
+
+    /// Begins to make the built-in pair.
+    pub fn load_demo(&mut self, ctx: &Context) {
+        self.read(Loading::demo, ctx);
+    }
+
+    /// Begins to read what an earlier run left behind.
+    pub fn recover(&mut self, ctx: &Context, kept: Kept) {
+        self.read(|ctx| Loading::recovery(ctx, kept), ctx);
+    }
+
+    fn read(&mut self, begin: impl FnOnce(&Context) -> Loading, ctx: &Context) {
         if self.loading.is_some() {
-            self.notices.error("Other scans are still loading: wait for them or cancel, then open these again.");
-            return;
+            self.messages.error("Other scans are still loading: wait for them or cancel, then open these again.");
+        } else {
+            self.loading = Some(begin(ctx));
         }
-        let sources = paths.into_iter().map(|file| Source { file, ..Source::default() }).collect();
-        self.loading = Some(Loading::files(ctx, sources, adds));
     }
 
     /// Takes what the threads brought.
     pub fn collect(&mut self, ctx: &Context) {
-        let loaded = self.loading.as_mut().and_then(|l| l.poll().map(|result| (result, l.adds)));
-        if let Some((result, adds)) = loaded {
-            self.loading = None;
+        if let Some(result) = self.loading.as_mut().and_then(Loading::poll) {
             match result {
-                Ok(opened) => self.receive(opened, adds),
-                Err(text) => self.notices.error(text),
+                Ok(opened) => self.receive(opened),
+                Err(text) => {
+                    self.loading = None;
+                    self.messages.error(text);
+                }
             }
         }
-        match self.dialog.take().map(Dialog::poll) {
-            Some(Ok(Ok((then, paths)))) if !paths.is_empty() => then(self, ctx, paths),
-            Some(Ok(Ok(_))) | None => {}
-            Some(Ok(Err(text))) => self.notices.error(text),
-            Some(Err(open)) => self.dialog = Some(open),
+        match self.asking.take().map(|asking| asking.poll(ctx)) {
+            Some(Ok((then, paths))) if !paths.is_empty() => then(self, ctx, paths),
+            Some(Ok(_)) | None => {}
+            Some(Err(open)) => self.asking = Some(open),
         }
         match self.painter.poll() {
             Some(Ok(painted)) => self.view.take(ctx, painted),
-            Some(Err(text)) => self.notices.error(text),
+            Some(Err(text)) => self.messages.error(text),
             None => {}
         }
         if let Some(text) = self.painter.notice() {
-            self.notices.error(text);
+            self.messages.error(text);
         }
         let dropped = ctx.input(|i| i.raw.dropped_files.iter().map(|f| f.path().to_owned()).collect::<Vec<_>>());
         if !dropped.is_empty() {
-            self.load(ctx, dropped, true);
+            self.add(ctx, dropped);
         }
     }
 
-    fn receive(&mut self, mut opened: Opened, adds: bool) {
-        if adds && !self.is_empty() {
+    fn receive(&mut self, mut opened: Opened) {
+        let Some(loading) = self.loading.take() else { return };
+        self.remembered.opened(&loading.named);
+        if loading.adds && !self.is_empty() {
             self.work.opened.add(opened);
             return;
         }
+        opened.first_look(self.view.aspect());
         let measured = Measured::of(&mut opened);
         self.work = Work { opened, measured };
-        // What was found in other scans is not found in these.
-        self.found.clear();
         self.view.forget_first_point();
-        // Undo does not lead back into scans that were closed, so that their memory is free.
-        self.history = History::new(&self.work);
+        self.document = Document::new(loading.session, &self.work);
+        if let Some(kept) = loading.recovered {
+            // It is as unsaved as it was.
+            let nothing = Work { opened: Opened::new(vec![], vec![]), measured: Measured::default() };
+            self.document = Document::new(kept.belongs_to(), &nothing);
+            self.recovery.go_on_from(kept);
+        }
+    }
+
+    /// Shows the list of commands, where it is open. Gives the one that is chosen.
+    pub fn palette_of<P>(&mut self, ctx: &Context, commands: &[&'static Command<P>], panels: &P) -> Option<&'static Command<P>> {
+        // It is taken out while it asks the workbench what can be done.
+        let mut palette = std::mem::take(&mut self.palette);
+        let chosen = palette.show(ctx, commands, panels, self);
+        self.palette = palette;
+        chosen
+    }
+
+    /// Offers what earlier runs left behind, one after the other.
+    pub fn offer_left_behind(&mut self, ctx: &Context) {
+        let Some(first) = self.left_behind.first() else { return };
+        let mut answer = None;
+        Modal::new(Id::unique("left behind")).show(ctx, |ui| {
+            ui.set_max_width(420.0);
+            ui.heading("Work that was not saved");
+            ui.label(first.what());
+            ui.label("The program ended before it was saved.");
+            ui.horizontal(|ui| {
+                for (n, text) in ["Open it", "Ask again later", "Discard it"].into_iter().enumerate() {
+                    if ui.button(text).clicked() {
+                        answer = Some(n);
+                    }
+                }
+            });
+        });
+        let Some(answer) = answer else { return };
+        let first = self.left_behind.remove(0);
+        match answer {
+            0 => {
+                self.loading = None;
+                self.recover(ctx, first);
+            }
+            1 => {}
+            _ => first.discard(),
+        }
+    }
+
+    /// Keeps the work for the case that the program ends.
+    pub fn keep(&mut self, ctx: &Context) {
+        let is_saved = self.document.is_saved(&self.work);
+        let (work, found, file) = (&self.work, &self.found, self.document.file.as_deref());
+        let records = || work.plain_records(&found.iter().map(|found| found.ray.clone()).collect::<Vec<_>>());
+        self.recovery.keep(ctx, work, is_saved, file, records);
     }
 
     /// Measures again along rays for which something changed that they depend on.
     pub fn measure(&mut self) {
         match Found::refresh(std::mem::take(&mut self.found), &self.work) {
             Ok(found) => self.found = found,
-            Err(text) => self.notices.error(text),
+            Err(text) => self.messages.error(text),
         }
         self.hovered_mm = None;
     }
+}
+
+fn sources(paths: Vec<PathBuf>) -> Vec<Source> {
+    paths.into_iter().map(|file| Source { file, ..Source::default() }).collect()
 }

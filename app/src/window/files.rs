@@ -1,51 +1,119 @@
-//! The system's file dialogs, which run beside the window.
+//! Asking for files: by the system's dialog, which runs beside the window, or where the system has none, by a line to type into.
 
+use super::path_prompt::PathPrompt;
 use egui::Context;
 use rfd::FileDialog;
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::{Duration, Instant};
 
-/// Shows a dialog and waits for what is chosen; `None` where it was cancelled.
-pub type Pick = fn(FileDialog) -> Option<Vec<PathBuf>>;
+/// What is asked for.
+#[derive(Clone, Debug)]
+pub struct Ask {
+    /// What the person is to choose.
+    pub title: &'static str,
+    /// Files or folders that are there, or one that is not there yet.
+    pub kind: Kind,
+    /// The forms that it can have: each with its endings.
+    pub forms: &'static [(&'static str, &'static [&'static str])],
+    /// What a new file is called unless the person says otherwise.
+    pub name: &'static str,
+}
 
-/// A dialog on the screen, and what shall be done with what is chosen.
-#[derive(Debug)]
-pub struct Dialog<T> {
+/// What is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Files that are there.
+    Files,
+    /// Folders that are there.
+    Folders,
+    /// A file to write.
+    Save,
+}
+
+impl Ask {
+    /// For files or folders to open.
+    pub const fn open(title: &'static str, kind: Kind) -> Self {
+        Self { title, kind, forms: &[], name: "" }
+    }
+
+    fn by_dialog(&self) -> Option<Vec<PathBuf>> {
+        let dialog = FileDialog::new().set_title(self.title);
+        let dialog = self.forms.iter().fold(dialog, |dialog, (form, endings)| dialog.add_filter(*form, endings));
+        match self.kind {
+            Kind::Files => dialog.pick_files(),
+            Kind::Folders => dialog.pick_folders(),
+            Kind::Save => dialog.set_file_name(self.name).save_file().map(|file| vec![file]),
+        }
+    }
+}
+
+/// A question for files on the screen, and what shall be done with what is chosen.
+pub struct Asking<T> {
     then: T,
+    by: By,
+}
+
+enum By {
+    Dialog(Dialog),
+    Prompt(PathPrompt),
+}
+
+struct Dialog {
+    ask: Ask,
     since: Instant,
     answer: Receiver<Option<Vec<PathBuf>>>,
+    /// The window had the keyboard when it was opened, and has had it ever since.
+    was_focused: bool,
+    stayed_focused: bool,
 }
 
 /// No person cancels a dialog so fast: it never appeared.
-const TOO_FAST: Duration = Duration::from_millis(300);
+const TOO_FAST: Duration = Duration::from_millis(1500);
 
-impl<T> Dialog<T> {
-    /// Opens it.
-    pub fn open(ctx: &Context, pick: Pick, then: T) -> Self {
+impl<T> Asking<T> {
+    /// Opens the dialog.
+    pub fn open(ctx: &Context, ask: Ask, then: T) -> Self {
         let (send, answer) = channel();
-        let ctx = ctx.clone();
+        let (theirs, asked) = (ctx.clone(), ask.clone());
         std::thread::spawn(move || {
             // The window may have closed meanwhile.
-            let _ = send.send(pick(FileDialog::new()));
-            ctx.request_repaint();
+            let _ = send.send(asked.by_dialog());
+            theirs.request_repaint();
         });
-        Self { then, since: Instant::now(), answer }
+        let focused = ctx.input(|i| i.focused);
+        let dialog = Dialog { ask, since: Instant::now(), answer, was_focused: focused, stayed_focused: focused };
+        Self { then, by: By::Dialog(dialog) }
     }
 
-    /// What was chosen and what shall be done with it, no paths when it was cancelled; or why it could not be shown; or the dialog, which is
-    /// open still.
-    pub fn poll(self) -> Result<Result<(T, Vec<PathBuf>), &'static str>, Self> {
-        let answer = match self.answer.try_recv() {
-            Ok(answer) => answer,
-            Err(TryRecvError::Empty) => return Err(self),
-            Err(TryRecvError::Disconnected) => None,
-        };
-        Ok(match answer {
-            None if self.since.elapsed() < TOO_FAST => Err(
-                "This desktop shows no file dialog (it has no portal and no zenity): drop files on the window, or name them on the command line.",
-            ),
-            picked => Ok((self.then, picked.unwrap_or_default())),
-        })
+    /// What was chosen, none when it was cancelled, with what shall be done with it; or the question, which is open still. Shows the line to
+    /// type into where no dialog could be shown.
+    pub fn poll(mut self, ctx: &Context) -> Result<(T, Vec<PathBuf>), Self> {
+        match &mut self.by {
+            By::Prompt(prompt) => match prompt.show(ctx) {
+                Some(paths) => Ok((self.then, paths)),
+                None => Err(self),
+            },
+            By::Dialog(dialog) => {
+                dialog.stayed_focused &= ctx.input(|i| i.focused);
+                let answer = match dialog.answer.try_recv() {
+                    Ok(answer) => answer,
+                    Err(TryRecvError::Empty) => return Err(self),
+                    Err(TryRecvError::Disconnected) => None,
+                };
+                if answer.is_none() && !dialog.appeared() {
+                    self.by = By::Prompt(PathPrompt::new(dialog.ask.clone()));
+                    return Err(self);
+                }
+                Ok((self.then, answer.unwrap_or_default()))
+            }
+        }
+    }
+}
+
+impl Dialog {
+    /// A dialog takes the keyboard from the window; where nothing says who has it, only time tells.
+    fn appeared(&self) -> bool {
+        if self.was_focused { !self.stayed_focused } else { self.since.elapsed() >= TOO_FAST }
     }
 }

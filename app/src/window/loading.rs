@@ -1,14 +1,15 @@
 //! Scans on their way in, and what has to be asked before they can be read.
 
 use super::job::Job;
+use super::recovery::Kept;
 use super::series::Choice;
 use super::widgets::line;
 use bregma_field::Progress;
 use bregma_field::formats::{ReadError, Reduce, Uneven};
-use bregma_renderer::Mode;
 use bregma_session::{DEMO_SIZE, InputError, Opened, Source, without_spacing};
-use egui::{Context, DragValue, Ui};
+use egui::{Align2, Area, Context, DragValue, Frame, Id, Order, Rect, Ui, vec2};
 use glam::DVec3;
+use std::path::PathBuf;
 
 /// Scans on their way in. Dropping it stops the reading.
 #[derive(Debug)]
@@ -16,6 +17,12 @@ pub struct Loading {
     state: State,
     /// The scans join those that are open, instead of taking their place.
     pub adds: bool,
+    /// What the person named, to be named again by a click.
+    pub named: Vec<PathBuf>,
+    /// The session that is read.
+    pub session: Option<PathBuf>,
+    /// What an earlier run left behind, which is read.
+    pub recovered: Option<Kept>,
 }
 
 #[derive(Debug)]
@@ -54,20 +61,29 @@ enum About {
 impl Loading {
     /// Computes the built-in pair.
     pub fn demo(ctx: &Context) -> Self {
-        let make = |progress: &_| -> Result<Read, InputError> {
-            let mut opened = Opened::demo(DEMO_SIZE, progress)?;
-            // The two differ in few places: over most of the bone their surfaces coincide, and neither is the nearer one.
-            opened.scene.mode = Mode::Overlay;
-            Ok(Read::Opened(Box::new(opened)))
-        };
-        Self { state: State::Reading(Job::start(ctx, "Making the demo pair".into(), make)), adds: false }
+        let make = |progress: &_| -> Result<Read, InputError> { Ok(Read::Opened(Box::new(Opened::demo(DEMO_SIZE, progress)?))) };
+        Self::of(State::Reading(Job::start(ctx, "Making the demo pair".into(), make)))
+    }
+
+    fn of(state: State) -> Self {
+        Self { state, adds: false, named: vec![], session: None, recovered: None }
     }
 
     /// Reads scans or a session.
     pub fn files(ctx: &Context, sources: Vec<Source>, adds: bool) -> Self {
+        let named = sources.iter().map(|source| source.file.clone()).collect();
         // A session brings its own scene, which replaces what is open.
-        let is_session = matches!(&sources[..], [only] if only.file.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")));
-        Self { state: State::reading(ctx, sources), adds: adds && !is_session }
+        let session = match &sources[..] {
+            [only] if only.file.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")) => Some(only.file.clone()),
+            _ => None,
+        };
+        Self { adds: adds && session.is_none(), named, session, ..Self::of(State::reading(ctx, sources)) }
+    }
+
+    /// Reads what an earlier run left behind.
+    pub fn recovery(ctx: &Context, kept: Kept) -> Self {
+        let source = Source { file: kept.file.clone(), ..Source::default() };
+        Self { recovered: Some(kept), ..Self::of(State::reading(ctx, vec![source])) }
     }
 
     /// The scans, or one sentence about what went wrong; `None` while at work or waiting for an answer.
@@ -83,8 +99,22 @@ impl Loading {
         }
     }
 
-    /// Shows how far it is, or what it has to know. True when the person cancels.
-    pub fn ui(&mut self, ui: &mut Ui) -> bool {
+    /// Shows how far it is over the lower left of the picture at `place`, or what it has to know in its middle. True when the person cancels.
+    pub fn show(&mut self, ctx: &Context, place: Rect) -> bool {
+        let asks = matches!(self.state, State::Asking(_));
+        let (pivot, at) =
+            if asks { (Align2::CENTER_CENTER, place.center()) } else { (Align2::LEFT_BOTTOM, place.left_bottom() + vec2(10.0, -10.0)) };
+        let area = Area::new(Id::unique("loading")).order(Order::Foreground).pivot(pivot).fixed_pos(at);
+        let shown = area.show(ctx, |ui| {
+            Frame::popup(ui.style()).show(ui, |ui| {
+                ui.set_width((place.width() - 40.0).clamp(160.0, 440.0));
+                self.ui(ui)
+            })
+        });
+        shown.inner.inner
+    }
+
+    fn ui(&mut self, ui: &mut Ui) -> bool {
         match &mut self.state {
             State::Reading(job) => job.ui(ui),
             State::Asking(question) => match question.ui(ui) {

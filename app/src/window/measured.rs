@@ -5,7 +5,7 @@ use bregma_field::{crossings, interpolant};
 use bregma_measure::mesh::onto_surface;
 use bregma_measure::thickness::across;
 use bregma_measure::{DifferenceRay, Edge};
-use bregma_renderer::{Color, Ray, Surface};
+use bregma_renderer::{Color, Ray, Scene, Surface};
 use bregma_session::{Landmark, Measurement, Opened, Origin, same_scans};
 use glam::DVec3;
 
@@ -41,17 +41,31 @@ pub struct Work {
 }
 
 impl Work {
-    /// Equal but for which ray is selected, which is no work, and for how scans are compared.
+    /// Equal but for which ray is selected, which is no work.
     pub fn same(&self, other: &Self) -> bool {
+        self.opened.scene.camera == other.opened.scene.camera && self.opened.compare == other.opened.compare && self.same_work(other)
+    }
+
+    /// Equal but for where it is looked from, how scans are compared, and which ray is selected.
+    pub fn same_work(&self, other: &Self) -> bool {
         let (a, b) = (&self.opened, &other.opened);
-        same_scans(&a.volumes, &b.volumes) && a.scene == b.scene && self.measured.same(&other.measured)
+        let same_scene = || Scene { camera: a.scene.camera, ..b.scene.clone() } == a.scene;
+        same_scans(&a.volumes, &b.volumes) && same_scene() && self.measured.same(&other.measured)
     }
 
     /// What was measured, with what it was measured on; `rays` are what its rays found.
     pub fn records(&self, rays: &[DifferenceRay]) -> Vec<Measurement> {
-        let origin = Origin::of(&self.opened);
+        self.named_records(rays, Origin::of(&self.opened).as_ref())
+    }
+
+    /// The same without what it was measured on, whose samples are read through for it.
+    pub fn plain_records(&self, rays: &[DifferenceRay]) -> Vec<Measurement> {
+        self.named_records(rays, None)
+    }
+
+    fn named_records(&self, rays: &[DifferenceRay], origin: Option<&Origin>) -> Vec<Measurement> {
         let named = self.measured.rays.iter().zip(rays);
-        named.map(|(named, ray)| Measurement::of_ray(ray, Some((&named.name, named.color)), origin.as_ref())).collect()
+        named.map(|(named, ray)| Measurement::of_ray(ray, Some((&named.name, named.color)), origin)).collect()
     }
 }
 
@@ -76,8 +90,8 @@ impl Tool {
     /// Its name, and what it does.
     pub fn text(self) -> [&'static str; 2] {
         match self {
-            Self::View => ["Ray", "A click casts the difference ray along the view"],
-            Self::Normal => ["Normal ray", "A click casts the difference ray straight into the surface, along its normal"],
+            Self::View => ["Ray along the view", "A click casts the difference ray along the view"],
+            Self::Normal => ["Ray along the normal", "A click casts the difference ray straight into the surface, along its normal"],
             Self::Points => ["Ray through two points", "Two clicks on bone cast the difference ray through both points"],
             Self::Landmark => ["Landmark", "A click sets a landmark on the surface"],
         }
@@ -112,11 +126,6 @@ impl Measured {
     /// The selected ray.
     pub fn ray(&self) -> Option<&Ray> {
         self.rays.get(self.selected).map(|named| &named.ray)
-    }
-
-    /// How many there are.
-    pub fn count(&self) -> usize {
-        self.rays.len() + self.landmarks.len()
     }
 
     /// Adds a ray under the next free name, and selects it.

@@ -1,18 +1,22 @@
 //! The menus, and the keys that stand for their entries.
 
 use super::bench::Bench;
+use super::document::Next;
 use egui::{Button, Context, Grid, Key, KeyboardShortcut, MenuBar, Modifiers, RichText, Ui};
+use std::path::PathBuf;
 
 /// A menu, by its title.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Menu {
     File,
     Edit,
-    Measure,
     View,
+    Measure,
+    Help,
 }
 
-const MENUS: [(Menu, &str); 4] = [(Menu::File, "File"), (Menu::Edit, "Edit"), (Menu::Measure, "Measure"), (Menu::View, "View")];
+const MENUS: [(Menu, &str); 5] =
+    [(Menu::File, "File"), (Menu::Edit, "Edit"), (Menu::View, "View"), (Menu::Measure, "Measure"), (Menu::Help, "Help")];
 
 /// Keys that stand for a command.
 pub type Keys = &'static [(Modifiers, Key)];
@@ -24,18 +28,22 @@ pub struct Command<P> {
     keys: Keys,
     /// A line stands above it.
     apart: bool,
-    allowed: fn(&P, &Bench) -> bool,
+    allowed: fn(&P, &Bench) -> Allowed,
     run: fn(&mut P, &mut Bench, &Context),
 }
+
+/// That something can be done now, or one sentence about why not.
+pub type Allowed = Result<(), &'static str>;
 
 impl<P> Command<P> {
     /// An entry of `menu`, which can be chosen while something is open.
     pub const fn new(menu: Menu, name: &'static str, keys: Keys, run: fn(&mut P, &mut Bench, &Context)) -> Self {
-        Self { menu, name, keys, apart: false, allowed: |_, bench| !bench.is_empty(), run }
+        let allowed: fn(&P, &Bench) -> Allowed = |_, bench| if bench.is_empty() { Err("Open a scan first") } else { Ok(()) };
+        Self { menu, name, keys, apart: false, allowed, run }
     }
 
     /// It can be chosen while `allowed`.
-    pub const fn when(mut self, allowed: fn(&P, &Bench) -> bool) -> Self {
+    pub const fn when(mut self, allowed: fn(&P, &Bench) -> Allowed) -> Self {
         self.allowed = allowed;
         self
     }
@@ -44,6 +52,29 @@ impl<P> Command<P> {
     pub const fn apart(mut self) -> Self {
         self.apart = true;
         self
+    }
+
+    /// What it is called, everywhere.
+    pub fn name(&self) -> &'static str {
+        self.name
+    }
+
+    /// The keys that stand for it, as the person's keyboard names them; empty where there are none.
+    pub fn keys_text(&self, ctx: &Context) -> String {
+        self.keys.first().map_or(String::new(), |&(m, k)| ctx.format_shortcut(&KeyboardShortcut::new(m, k)))
+    }
+
+    /// Whether it can be done now.
+    pub fn allowed(&self, panels: &P, bench: &Bench) -> Allowed {
+        (self.allowed)(panels, bench)
+    }
+
+    /// A line of a menu or a list; true when it is chosen.
+    pub fn button(&self, ui: &mut Ui, panels: &P, bench: &Bench, is_marked: bool) -> bool {
+        let button = Button::new(self.name).shortcut_text(self.keys_text(ui.ctx())).selected(is_marked);
+        let allowed = self.allowed(panels, bench);
+        let response = ui.add_enabled(allowed.is_ok(), button);
+        response.on_disabled_hover_text(allowed.err().unwrap_or_default()).clicked()
     }
 
     /// Does it.
@@ -61,38 +92,73 @@ const MOUSE: [(&str, &str); 6] = [
     ("Drop files or folders", "add scans"),
 ];
 
-/// Shows the menus with `commands`, each menu's in their order. Gives what is chosen.
-pub fn show<'a, P>(ui: &mut Ui, commands: &[&'a Command<P>], panels: &P, bench: &Bench) -> Option<&'a Command<P>> {
-    let mut chosen = None;
+/// Shows the menus with `commands`, each menu's in their order, and then what `beside` adds. Gives what is chosen.
+pub fn show<'a, P>(
+    ui: &mut Ui,
+    commands: &[&'a Command<P>],
+    panels: &P,
+    bench: &mut Bench,
+    beside: impl FnOnce(&mut Ui, &mut Bench),
+) -> Option<&'a Command<P>> {
+    let (mut chosen, mut again) = (None, None);
     MenuBar::new().ui(ui, |ui| {
         for (menu, title) in MENUS {
             ui.menu_button(title, |ui| {
+                let bench = &*bench;
                 for command in commands.iter().copied().filter(|command| command.menu == menu) {
                     if command.apart {
                         ui.separator();
                     }
-                    let keys = command.keys.first();
-                    let text = keys.map_or(String::new(), |&(m, k)| ui.ctx().format_shortcut(&KeyboardShortcut::new(m, k)));
-                    let allowed = (command.allowed)(panels, bench);
-                    if ui.add_enabled(allowed, Button::new(command.name).shortcut_text(text)).clicked() {
+                    if command.button(ui, panels, bench, false) {
                         chosen = Some(command);
                     }
                 }
-            });
-        }
-        ui.menu_button("Help", |ui| {
-            Grid::new("mouse").spacing([16.0, 4.0]).show(ui, |ui| {
-                for (gesture, effect) in MOUSE {
-                    ui.label(RichText::new(gesture).strong());
-                    ui.label(effect);
-                    ui.end_row();
+                match menu {
+                    Menu::File => again = recent(ui, bench),
+                    Menu::Help => help(ui),
+                    _ => {}
                 }
             });
-            ui.separator();
-            ui.weak(concat!("Bregma ", env!("CARGO_PKG_VERSION")));
-        });
+        }
+        beside(ui, bench);
     });
+    if let Some(paths) = again {
+        bench.replace(ui.ctx(), Next::Files(paths));
+    }
     chosen
+}
+
+/// What was opened before; gives what is chosen to be opened again.
+fn recent(ui: &mut Ui, bench: &Bench) -> Option<Vec<PathBuf>> {
+    ui.separator();
+    let recent = bench.remembered.recent();
+    let menu = ui.add_enabled_ui(!recent.is_empty() && bench.loading.is_none(), |ui| {
+        ui.menu_button("Open recent", |ui| {
+            ui.set_max_width(340.0);
+            let name = |path: &PathBuf| path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+            let choose = |ui: &mut Ui, paths: &Vec<PathBuf>| {
+                let names = paths.iter().map(name).collect::<Vec<_>>().join(", ");
+                let whole = paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join("\n");
+                ui.add(Button::new(names).truncate()).on_hover_text(whole).clicked()
+            };
+            recent.iter().enumerate().find_map(|(n, paths)| ui.push_id(n, |ui| choose(ui, paths)).inner.then(|| paths.clone()))
+        })
+    });
+    menu.inner.inner.flatten()
+}
+
+/// What the mouse does on the picture.
+fn help(ui: &mut Ui) {
+    ui.separator();
+    Grid::new("mouse").spacing([16.0, 4.0]).show(ui, |ui| {
+        for (gesture, effect) in MOUSE {
+            ui.label(RichText::new(gesture).strong());
+            ui.label(effect);
+            ui.end_row();
+        }
+    });
+    ui.separator();
+    ui.weak(concat!("Bregma ", env!("CARGO_PKG_VERSION")));
 }
 
 /// The command whose keys were pressed, unless the person is typing.
@@ -108,5 +174,5 @@ pub fn pressed<'a, P>(ctx: &Context, commands: &[&'a Command<P>], panels: &P, be
     // A shortcut also matches while Shift is held: those that ask for Shift go first.
     keys.sort_by_key(|(_, shortcut)| !shortcut.modifiers.shift);
     let (command, _) = keys.into_iter().find(|(_, shortcut)| ctx.input_mut(|i| i.consume_shortcut(shortcut)))?;
-    (command.allowed)(panels, bench).then_some(command)
+    command.allowed(panels, bench).is_ok().then_some(command)
 }

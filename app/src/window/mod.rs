@@ -1,33 +1,42 @@
-//! The window: scans on the left, the picture in the middle, what was measured below.
+//! The window: what there is on the left, the picture in the middle, what was found on the right.
 //!
 //! Reading (`loading`) and drawing (`picture::painter`) have threads of their own; the window only shows what they bring. This file is
 //! the frame; `panels` has a row for each panel, and `bench` is what all of them work on.
 
 mod bench;
 mod commands;
+mod dock;
+mod document;
 mod files;
 mod history;
 mod job;
 mod loading;
 mod measured;
 mod menu;
-mod notices;
+mod messages;
+mod palette;
 mod panels;
+mod path_prompt;
 mod picture;
+mod recovery;
+mod remembered;
 mod series;
 mod theme;
 mod widgets;
+mod words;
 
 use bench::Bench;
 use bregma_measure::DifferenceRay;
 use bregma_renderer::{Backend, Integrator, Picture, Scene, Setting, Solver};
 use bregma_session::{Compare, Source};
 use commands::COMMANDS;
-use egui::{Align, CentralPanel, Context, Frame, Layout, Panel, Rect, Ui};
+use egui::{Align, CentralPanel, Context, Frame, Label, Layout, Panel, Rect, RichText, Ui, ViewportCommand};
 use loading::Loading;
 use measured::Tool;
-use panels::{Command, Panels, Place};
-use picture::compare_bar;
+use panels::{Command, Panels};
+use picture::{compare_bar, tools};
+use remembered::Remembered;
+use std::path::PathBuf;
 
 /// What the window begins with.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,32 +49,31 @@ pub enum Start {
 
 /// Opens the window and stays until it is closed.
 pub fn run(start: Start) -> Result<(), eframe::Error> {
-    let viewport = egui::ViewportBuilder::default()
-        .with_title("Bregma")
-        .with_app_id("bregma")
-        .with_icon(theme::icon())
-        .with_inner_size([1280.0, 800.0])
-        .with_min_inner_size([720.0, 480.0]);
+    let state = remembered::state_folder();
+    let viewport = egui::ViewportBuilder::default().with_title("Bregma").with_app_id("bregma").with_icon(theme::icon());
+    let viewport = Remembered::read(state.as_deref()).place(viewport, [720.0, 480.0], [1280.0, 800.0]);
     let options = eframe::NativeOptions { viewport, renderer: eframe::Renderer::Wgpu, ..Default::default() };
-    eframe::run_native("Bregma", options, Box::new(|cc| Ok(Box::new(Workstation::new(cc, start)))))
+    eframe::run_native("Bregma", options, Box::new(|cc| Ok(Box::new(Workstation::new(cc, start, state)))))
 }
 
 /// The window's state.
 pub struct Workstation {
     bench: Bench,
     panels: Panels,
+    title: String,
 }
 
 impl Workstation {
-    /// The window that begins with `start`.
-    pub fn new(cc: &eframe::CreationContext<'_>, start: Start) -> Self {
+    /// The window that begins with `start`. What outlives it is written to the folder `state`, if there is one: unsaved work, and what was
+    /// opened.
+    pub fn new(cc: &eframe::CreationContext<'_>, start: Start, state: Option<PathBuf>) -> Self {
         theme::apply(&cc.egui_ctx);
         let loading = match start {
             Start::Demo => Some(Loading::demo(&cc.egui_ctx)),
             Start::Files(sources) if sources.is_empty() => None,
             Start::Files(sources) => Some(Loading::files(&cc.egui_ctx, sources, false)),
         };
-        Self { bench: Bench::new(&cc.egui_ctx, loading), panels: Panels::default() }
+        Self { bench: Bench::new(&cc.egui_ctx, loading, state), panels: Panels::default(), title: String::new() }
     }
 
     /// Scans are on their way in.
@@ -123,42 +131,24 @@ impl Workstation {
         &self.bench.work.measured.landmarks
     }
 
-    /// Menus, tools, and how scans are compared. Gives the command that is asked for, by a key or here.
+    /// Menus, and how scans are compared. Gives the command that is asked for, by a key or here.
     fn top_ui(&mut self, ui: &mut Ui) -> Option<&'static Command> {
-        let Self { bench, panels } = self;
+        let Self { bench, panels, .. } = self;
         let commands: Vec<&'static Command> = COMMANDS.iter().chain(Panels::commands()).collect();
         let pressed = menu::pressed(ui.ctx(), &commands, panels, bench);
-        let top = Panel::top("menu").show(ui, |ui| {
-            let chosen = menu::show(ui, &commands, panels, bench);
-            if !bench.is_empty() {
-                ui.horizontal(|ui| tools_ui(ui, bench, panels));
-            }
-            chosen
-        });
-        top.inner.or(pressed)
-    }
-
-    /// What the person should know, and what the window is busy with.
-    fn notices_ui(&mut self, ui: &mut Ui) {
-        let bench = &mut self.bench;
-        if !bench.notices.is_empty() {
-            Panel::top("notices").frame(Frame::NONE).show(ui, |ui| bench.notices.show(ui));
-        }
-        let is_empty = bench.is_empty();
-        if let Some(loading) = bench.loading.as_mut().filter(|_| !is_empty)
-            && Panel::top("loading").show(ui, |ui| loading.ui(ui)).inner
-        {
-            bench.loading = None;
-        }
-        Panel::bottom("status").show(ui, |ui| self.status_ui(ui));
+        let painted = panels.painting(&bench.work).is_some();
+        let top = Panel::top("menu").show(ui, |ui| menu::show(ui, &commands, panels, bench, |ui, bench| beside_menus(ui, bench, painted)));
+        let typed = bench.palette_of(ui.ctx(), &commands, panels);
+        top.inner.or(pressed).or(typed)
     }
 
     fn status_ui(&self, ui: &mut Ui) {
-        ui.horizontal(|ui| {
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let Some(p) = self.bench.view.painted.as_ref().filter(|_| !self.bench.is_empty()) else {
                 ui.weak(if self.is_loading() { "Loading" } else { "Nothing is open" });
                 return;
             };
+            ui.weak(self.bench.view.hint());
             let scene = self.scene();
             let quality = match (p.reduction, scene.solver) {
                 (1, _) if scene.mode.uses(Setting::Transfer) && scene.integrator != Integrator::Exact => "in steps".to_owned(),
@@ -168,11 +158,20 @@ impl Workstation {
                 (n, _) => format!("preview, 1/{n} across"),
             };
             let adapter = if p.backend == Backend::Cpu { p.adapter.replacen("cpu", "CPU", 1) } else { p.adapter.clone() };
-            ui.weak(format!("{adapter}  ·  {:.0} ms  ·  {quality}", p.millis));
-            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                ui.weak("Left-drag rotates  ·  middle-drag moves  ·  wheel zooms  ·  click on bone measures");
+            ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+                let text = format!("{quality}  ·  {:.0} ms  ·  {adapter}", p.millis);
+                ui.add(Label::new(RichText::new(text).weak()).truncate());
             });
         });
+    }
+
+    /// The tools beside the picture.
+    fn tools_ui(&mut self, ui: &mut Ui) -> Option<&'static Command> {
+        let command = |tool: Tool| Panels::commands().find(|command| command.name() == tool.text()[0]);
+        let keys = |tool| command(tool).map_or(String::new(), |command| command.keys_text(ui.ctx()));
+        let keys = Tool::ALL.map(|tool| (tool, keys(tool)));
+        let key = |tool| keys.iter().find(|(of, _)| *of == tool).map_or(String::new(), |(_, key)| key.clone());
+        tools::show(ui, self.bench.view.tool(), key).and_then(command)
     }
 
     /// The picture, or what to do while there is none.
@@ -182,28 +181,23 @@ impl Workstation {
             return;
         }
         let bench = &mut self.bench;
-        let middle = Rect::from_center_size(ui.max_rect().center(), egui::vec2(420.0, 100.0));
-        let middle = egui::UiBuilder::new().max_rect(middle);
-        if let Some(loading) = &mut bench.loading {
-            if ui.scope_builder(middle, |ui| loading.ui(ui)).inner {
-                bench.loading = None;
-            }
+        if bench.loading.is_some() {
             return;
         }
+        let middle = Rect::from_center_size(ui.max_rect().center(), egui::vec2(420.0_f32.min(ui.max_rect().width()), 100.0));
         let welcome = |ui: &mut Ui| {
             ui.heading("Drop scans here, or File › Open…");
             ui.weak("DICOM, NRRD, NIfTI, MetaImage, TIFF, a folder of slices, or a session; two scans are compared");
             ui.add_space(10.0);
             if ui.button("Open the demo pair").clicked() {
-                commands::open_demo(bench, ui.ctx());
+                bench.load_demo(ui.ctx());
             }
         };
-        ui.scope_builder(middle, |ui| ui.vertical_centered(welcome));
+        ui.scope_builder(egui::UiBuilder::new().max_rect(middle), |ui| ui.vertical_centered(welcome));
     }
 
     fn picture_ui(&mut self, ui: &mut Ui) {
-        let Self { bench, panels } = self;
-        let count = bench.work.measured.count();
+        let Self { bench, panels, .. } = self;
         match bench.view.show(ui, &mut bench.work, &bench.found, bench.hovered_mm) {
             Ok(size) => {
                 let resting = bench.view.is_resting(ui.ctx());
@@ -213,30 +207,45 @@ impl Workstation {
                     None => bench.painter.want(&opened.volumes, &opened.scene, size, opened.compare, None, resting),
                 }
             }
-            Err(text) => bench.notices.note(text),
+            Err(text) => bench.messages.note(text),
         }
-        if bench.work.measured.count() != count {
-            bench.notices.forget_notes();
+    }
+
+    /// What lies over the picture, which is at `place`: drawers, what is loading, questions and messages.
+    fn over_ui(&mut self, ui: &mut Ui, place: Rect) {
+        let ctx = ui.ctx().clone();
+        self.panels.show_over(ui, &mut self.bench, place);
+        let bench = &mut self.bench;
+        if let Some(loading) = &mut bench.loading
+            && loading.show(&ctx, place)
+        {
+            bench.loading = None;
+        }
+        bench.offer_left_behind(&ctx);
+        bench.ask_about_unsaved(&ctx);
+        bench.messages.show(&ctx, place);
+        if ctx.input(|i| !i.raw.hovered_files.is_empty()) {
+            drop_hint(&ctx);
         }
     }
 }
 
-/// What a click does, and how scans are compared.
-fn tools_ui(ui: &mut Ui, bench: &mut Bench, panels: &Panels) {
-    ui.weak("A click:");
-    for tool in Tool::ALL {
-        let [name, what] = tool.text();
-        if ui.selectable_label(bench.view.tool() == tool, name).on_hover_text(what).clicked() {
-            bench.view.take_tool(tool);
+/// What stands beside the menus: what the work is called, and how scans are compared.
+fn beside_menus(ui: &mut Ui, bench: &mut Bench, is_painted: bool) {
+    ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+        let opened = &mut bench.work.opened;
+        if is_painted {
+            // The map is of one scan.
+            opened.compare = Compare::Off;
+        } else if opened.scene.layers.iter().filter(|l| l.visible).count() > 1 {
+            compare_bar::show(ui, &mut opened.compare);
         }
-    }
-    if panels.painting(&bench.work).is_some() {
-        // The map is of one scan.
-        bench.work.opened.compare = Compare::Off;
-    } else if bench.work.opened.scene.layers.iter().filter(|l| l.visible).count() > 1 {
-        ui.separator();
-        compare_bar::show(ui, &mut bench.work.opened.compare);
-    }
+        ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+            if !bench.is_empty() {
+                ui.add(Label::new(RichText::new(bench.document.title(&bench.work)).weak()).truncate());
+            }
+        });
+    });
 }
 
 impl eframe::App for Workstation {
@@ -244,25 +253,57 @@ impl eframe::App for Workstation {
         let ctx = ui.ctx().clone();
         self.bench.collect(&ctx);
         self.panels.poll(&mut self.bench);
-        if let Some(command) = self.top_ui(ui) {
-            command.run(&mut self.panels, &mut self.bench, &ctx);
+        let chosen = self.top_ui(ui);
+        Panel::bottom("status").exact_size(STATUS).show(ui, |ui| self.status_ui(ui));
+        let mut taken = None;
+        if !self.bench.is_empty() {
+            self.panels.show_left(ui, &mut self.bench);
+            self.bench.measure();
+            Panel::left("tools").exact_size(TOOLS).resizable(false).show(ui, |ui| taken = self.tools_ui(ui));
+            self.panels.show_right(ui, &mut self.bench);
         }
-        self.notices_ui(ui);
-        self.panels.show(ui, &mut self.bench, Place::Left);
-        self.bench.measure();
-        self.panels.show(ui, &mut self.bench, Place::Bottom);
         let frame = Frame::NONE.fill(ui.visuals().extreme_bg_color);
-        CentralPanel::default().frame(frame).show(ui, |ui| self.central_ui(ui));
-        self.panels.show(ui, &mut self.bench, Place::Over);
-        if ctx.input(|i| !i.raw.hovered_files.is_empty()) {
-            drop_hint(&ctx);
+        let place = CentralPanel::default().frame(frame).show(ui, |ui| {
+            let place = ui.max_rect();
+            self.central_ui(ui);
+            place
+        });
+        self.over_ui(ui, place.inner);
+        if let Some(command) = chosen.or(taken) {
+            command.run(&mut self.panels, &mut self.bench, &ctx);
         }
         // A drag is one step, however many values it passes.
         if !ctx.input(|i| i.pointer.any_down()) {
             self.bench.history.record(&self.bench.work);
         }
+        self.bench.keep(&ctx);
+        self.bench.guard_closing(&ctx);
+        self.tell_title(&ctx);
+        self.bench.remembered.look(&ctx);
+    }
+
+    fn on_exit(&mut self) {
+        self.bench.remembered.write();
+        // Whoever closed the window was asked.
+        self.bench.recovery.forget();
     }
 }
+
+impl Workstation {
+    /// Names the window after the work.
+    fn tell_title(&mut self, ctx: &Context) {
+        let bench = &self.bench;
+        let title = if bench.is_empty() { "Bregma".to_owned() } else { format!("{} – Bregma", bench.document.title(&bench.work)) };
+        if title != self.title {
+            ctx.send_viewport_cmd(ViewportCommand::Title(title.clone()));
+            self.title = title;
+        }
+    }
+}
+
+/// Height of the line at the bottom, and width of the strip of tools, in points.
+const STATUS: f32 = 26.0;
+const TOOLS: f32 = 46.0;
 
 fn drop_hint(ctx: &Context) {
     let layer = egui::LayerId::new(egui::Order::Foreground, egui::Id::unique("drop"));

@@ -8,7 +8,7 @@ fn keys_and_mouse_move_the_view_as_in_slicer() {
     let source = bregma_session::Source { file: file.clone(), ..Default::default() };
     // On a screen whose points are one and a half pixels wide.
     let builder = Harness::builder().with_size([1280.0, 800.0]).with_pixels_per_point(1.5).wgpu();
-    let mut window: Window = builder.build_eframe(|cc| Workstation::new(cc, Start::Files(vec![source])));
+    let mut window: Window = builder.build_eframe(|cc| Workstation::new(cc, Start::Files(vec![source]), None));
     wait(&mut window, "the scan", |w| !w.is_loading());
     settle(&mut window);
     let (picture, rect) = (window.state().picture().unwrap(), window.state().picture_rect().unwrap());
@@ -135,7 +135,7 @@ fn a_transfer_function_is_chosen_and_its_points_dragged_added_and_removed() {
     let source = bregma_session::Source { file: file.clone(), ..Default::default() };
     // Frames follow each other fast enough for a double click.
     let builder = Harness::builder().with_size([1280.0, 800.0]).with_step_dt(0.02).wgpu();
-    let mut window: Window = builder.build_eframe(|cc| Workstation::new(cc, Start::Files(vec![source])));
+    let mut window: Window = builder.build_eframe(|cc| Workstation::new(cc, Start::Files(vec![source]), None));
     wait(&mut window, "the scan", |w| !w.is_loading());
     settle(&mut window);
     let name = file.file_name().unwrap().to_string_lossy().into_owned();

@@ -10,6 +10,7 @@ mod cutting;
 mod looking;
 mod measuring;
 mod opening;
+mod sheet;
 
 use bregma::window::{Start, Workstation};
 use bregma_renderer::Mode;
@@ -22,7 +23,7 @@ use std::time::{Duration, Instant};
 type Window = Harness<'static, Workstation>;
 
 fn open(start: Start) -> Window {
-    Harness::builder().with_size([1280.0, 800.0]).wgpu().build_eframe(|cc| Workstation::new(cc, start))
+    Harness::builder().with_size([1280.0, 800.0]).wgpu().build_eframe(|cc| Workstation::new(cc, start, None))
 }
 
 /// Shows frames until `done`; threads load and draw meanwhile.
@@ -58,7 +59,7 @@ fn on_bone(window: &Window) -> Pos2 {
     let (picture, rect) = (window.state().picture().unwrap(), window.state().picture_rect().unwrap());
     let (w, h) = (picture.width as usize, picture.height as usize);
     let found = (0..h * 2 / 5).rev().map(|y| y * w + w / 2).find(|&at| picture.volume_id[at] != 0).expect("bone above the centre");
-    rect.min + egui::vec2((found % w) as f32 + 0.5, (found / w) as f32 + 0.5)
+    rect.min + egui::vec2((found % w) as f32 + 0.5, (found / w) as f32 + 0.5) * (rect.width() / w as f32)
 }
 
 fn press(window: &Window, at: Pos2, pressed: bool, button: PointerButton) {
@@ -220,6 +221,31 @@ fn click_with(window: &mut Window, at: Pos2, button: PointerButton) {
     press(window, at, true, button);
     press(window, at, false, button);
     window.run_steps(2);
+}
+
+/// Chooses a command by a part of its name, as from the list of commands.
+fn command(window: &mut Window, name: &str) {
+    window.key_press_modifiers(Modifiers::COMMAND, Key::K);
+    window.run_steps(2);
+    window.event(Event::Text(name.to_owned()));
+    window.run_steps(2);
+    window.key_press(Key::Enter);
+    window.run_steps(3);
+}
+
+/// Opens a side of the window where it is folded or a drawer.
+fn open_side(window: &mut Window, name: &str) {
+    let label = format!("Show {}", name.to_lowercase());
+    if let Some(strip) = window.query_all_by_label_contains(&label).next() {
+        strip.click();
+    }
+    window.run_steps(3);
+}
+
+/// Closes what lies over the picture.
+fn close_drawers(window: &mut Window) {
+    window.key_press(Key::Escape);
+    window.run_steps(3);
 }
 
 fn choose(window: &mut Window, role: Role, label: &str) {

@@ -12,7 +12,7 @@ fn rays_and_landmarks_are_many_named_and_undone() {
     let target = on_bone(&window) - egui::vec2(10.0, 45.0);
     click(&mut window, target);
     let along_view = window.state().difference_ray().unwrap().clone();
-    window.get_by_label("Normal ray").click();
+    window.get_by_label("Ray along the normal").click();
     window.run_steps(2);
     click(&mut window, target);
     let along_normal = window.state().difference_ray().unwrap().clone();

@@ -3,7 +3,7 @@
 use super::super::measured::Work;
 use super::super::picture::navigate::anatomical;
 use super::super::widgets::{line, vector};
-use super::modes;
+use super::look;
 use bregma_field::{Unit, Volume};
 use bregma_renderer::{Bounds, Camera, Clip, CutFace, Mode, Scene, Shape, Window};
 use egui::{Align, CollapsingHeader, DragValue, Frame, Grid, Layout, RichText, Slider, Ui};
@@ -218,7 +218,7 @@ fn face(ui: &mut Ui, scene: &mut Scene, volumes: &[Arc<Volume>]) {
         }
     });
     if !matches!(scene.cut_face, CutFace::Bone | CutFace::Transfer) {
-        modes::window(ui, &mut scene.window, || match volumes.first() {
+        look::window(ui, &mut scene.window, || match volumes.first() {
             Some(volume) if volume.unit() != Unit::Hounsfield => Window::between(volume.range()),
             // Bone and what lies around it.
             _ => Window { width: 1000.0, level: 400.0 },

@@ -1,24 +1,27 @@
 //! The panels. A new one is a file beside this one, a row of [`PANELS`], and a field of [`Panels`] if it keeps something between frames.
 
-mod bars;
+mod along;
 mod chart;
 mod cuts;
 mod histogram;
-mod layers;
-mod modes;
+mod landmarks;
+mod look;
 mod ray_form;
 mod rays;
+mod scans;
 mod shells;
+mod stretches;
 mod thickness;
 mod transfer_editor;
 
 use super::bench::Bench;
+use super::dock::{Dock, Side};
 use super::measured::{Tool, Work};
 use super::menu::{self, Menu};
 use bregma_renderer::{Scene, Solver};
 use bregma_session::thickness::Coat;
 use chart::ChartPanel;
-use egui::{Key, Modifiers, Ui};
+use egui::{Key, Modifiers, Rect, ScrollArea, Ui};
 use ray_form::RayForm;
 use std::sync::Arc;
 use thickness::ThicknessPanel;
@@ -26,6 +29,10 @@ use thickness::ThicknessPanel;
 /// What panels keep from frame to frame.
 #[derive(Default)]
 pub struct Panels {
+    /// Which sides of the window are folded.
+    pub dock: Dock,
+    /// Which of the panels on the right is seen.
+    tab: Tab,
     rays: RayForm,
     /// Speed and accuracy of the solvers.
     pub chart: ChartPanel,
@@ -33,19 +40,31 @@ pub struct Panels {
     pub thickness: ThicknessPanel,
 }
 
+/// The panels on the right: one is seen at a time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Tab {
+    #[default]
+    Rays,
+    Landmarks,
+    Thickness,
+}
+
 /// A command of the window.
 pub type Command = menu::Command<Panels>;
+
+/// Points that a scroll bar takes.
+const SCROLL_BAR: f32 = 10.0;
 
 /// A scene to draw, and the colours that are painted on its surface.
 pub type Painting = (Scene, Arc<Coat>);
 
 /// Where a panel stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
+enum Place {
     /// Left of the picture: what there is. What it changes is measured anew before the others are shown.
     Left,
-    /// Below the picture.
-    Bottom,
+    /// Right of the picture: what was found; under the tab of that name.
+    Right(Tab, &'static str),
     /// A window of its own over the picture.
     Over,
 }
@@ -59,48 +78,62 @@ struct Panel {
     poll: fn(&mut Panels, &Bench) -> Result<(), String>,
     /// Shows it, where it is open.
     show: fn(&mut Panels, &mut Bench, &mut Ui),
+    /// How many things it lists.
+    count: fn(&Bench) -> usize,
     /// What it paints.
     painting: fn(&Panels, &Work) -> Option<Painting>,
 }
 
-/// A panel without commands, thread and colours.
-const PLAIN: Panel = Panel { place: Place::Over, commands: &[], poll: |_, _| Ok(()), show: |_, _, _| {}, painting: |_, _| None };
+/// A panel without commands, thread, list and colours.
+const PLAIN: Panel =
+    Panel { place: Place::Over, commands: &[], poll: |_, _| Ok(()), show: |_, _, _| {}, count: |_| 0, painting: |_, _| None };
 
 const NONE: Modifiers = Modifiers::NONE;
 
-const PANELS: [Panel; 4] = [
-    Panel { place: Place::Left, show: |_, bench, ui| layers::show(ui, bench), ..PLAIN },
+const PANELS: [Panel; 7] = [
+    Panel { place: Place::Left, show: |_, bench, ui| scans::show(ui, bench), ..PLAIN },
+    Panel { place: Place::Left, show: |_, bench, ui| look::show(ui, bench), ..PLAIN },
+    Panel { place: Place::Left, show: |_, bench, ui| cuts::show(ui, &mut bench.work), ..PLAIN },
     Panel {
-        place: Place::Bottom,
+        place: Place::Right(Tab::Rays, "Rays"),
         commands: &[
-            Command::new(Menu::Edit, "Delete the difference ray", &[(NONE, Key::Delete)], |_, b, _| b.work.measured.remove_ray())
-                .when(|_, b| !b.work.measured.rays.is_empty()),
-            Command::new(Menu::Measure, "Ray along the view", &[(NONE, Key::R)], |_, b, _| b.view.take_tool(Tool::View)),
-            Command::new(Menu::Measure, "Ray along the normal", &[(NONE, Key::N)], |_, b, _| b.view.take_tool(Tool::Normal)),
-            Command::new(Menu::Measure, "Ray through two points", &[(NONE, Key::T)], |_, b, _| b.view.take_tool(Tool::Points)),
+            Command::new(Menu::Edit, "Delete the selected ray", &[(NONE, Key::Delete)], |_, b, _| b.work.measured.remove_ray())
+                .when(|_, b| if b.work.measured.rays.is_empty() { Err("No ray was cast") } else { Ok(()) }),
+            Command::new(Menu::Measure, "Ray along the view", &[(NONE, Key::R)], |p, b, _| p.take(b, Tool::View)),
+            Command::new(Menu::Measure, "Ray along the normal", &[(NONE, Key::N)], |p, b, _| p.take(b, Tool::Normal)),
+            Command::new(Menu::Measure, "Ray through two points", &[(NONE, Key::T)], |p, b, _| p.take(b, Tool::Points)),
             Command::new(Menu::Measure, "Ray by numbers…", &[], |p, b, _| {
+                p.open(Tab::Rays);
                 p.rays.begin(b.work.measured.ray(), &b.work.opened.scene.camera);
             }),
-            Command::new(Menu::Measure, "Landmark", &[(NONE, Key::L)], |_, b, _| b.view.take_tool(Tool::Landmark)),
         ],
         show: |p, bench, ui| rays::show(ui, bench, &mut p.rays),
+        count: |bench| bench.work.measured.rays.len(),
+        ..PLAIN
+    },
+    Panel {
+        place: Place::Right(Tab::Landmarks, "Landmarks"),
+        commands: &[Command::new(Menu::Measure, "Landmark", &[(NONE, Key::L)], |p, b, _| p.take(b, Tool::Landmark))],
+        show: |_, bench, ui| landmarks::show(ui, bench),
+        count: |bench| bench.work.measured.landmarks.len(),
+        ..PLAIN
+    },
+    Panel {
+        place: Place::Right(Tab::Thickness, "Thickness"),
+        commands: &[Command::new(Menu::Measure, "Thickness map…", &[], |p, _, _| p.open(Tab::Thickness))],
+        poll: |p, _| p.thickness.poll(),
+        show: |p, bench, ui| p.thickness.show(ui, bench),
+        painting: |p, work| p.thickness.painting(work),
         ..PLAIN
     },
     Panel {
         commands: &[
             Command::new(Menu::View, "Speed and accuracy…", &[], |p, _, _| p.chart.open = !p.chart.open),
             Command::new(Menu::View, "Draw by the exact solver", &[], |_, b, _| b.work.opened.scene.solver = Solver::Exact)
-                .when(|_, b| b.work.opened.scene.solver != Solver::Exact),
+                .when(|_, b| if b.work.opened.scene.solver == Solver::Exact { Err("It draws already") } else { Ok(()) }),
         ],
         poll: |p, bench| p.chart.poll(&bench.work.opened.volumes),
         show: |p, bench, ui| p.chart.show(ui.ctx(), bench),
-        ..PLAIN
-    },
-    Panel {
-        commands: &[Command::new(Menu::Measure, "Thickness map…", &[], |p, _, _| p.thickness.open = !p.thickness.open)],
-        poll: |p, _| p.thickness.poll(),
-        show: |p, bench, ui| p.thickness.show(ui.ctx(), bench),
-        painting: |p, work| p.thickness.painting(work),
         ..PLAIN
     },
 ];
@@ -115,14 +148,72 @@ impl Panels {
     pub fn poll(&mut self, bench: &mut Bench) {
         for panel in &PANELS {
             if let Err(text) = (panel.poll)(self, bench) {
-                bench.notices.error(text);
+                bench.messages.error(text);
             }
         }
     }
 
-    /// Shows the panels that stand there.
-    pub fn show(&mut self, ui: &mut Ui, bench: &mut Bench, place: Place) {
-        PANELS.iter().filter(|panel| panel.place == place).for_each(|panel| (panel.show)(self, bench, ui));
+    /// Takes a tool, and opens the panel that shows what it finds.
+    fn take(&mut self, bench: &mut Bench, tool: Tool) {
+        bench.view.take_tool(tool);
+        self.tab = if tool == Tool::Landmark { Tab::Landmarks } else { Tab::Rays };
+    }
+
+    fn open(&mut self, tab: Tab) {
+        self.tab = tab;
+        self.dock.open(Side::Right);
+    }
+
+    /// Shows what there is, beside the picture.
+    pub fn show_left(&mut self, ui: &mut Ui, bench: &mut Bench) {
+        let mut dock = self.dock;
+        dock.show(ui, Side::Left, "Scans", |ui| self.left(ui, bench));
+        self.dock = dock;
+    }
+
+    /// Shows what was found, beside the picture.
+    pub fn show_right(&mut self, ui: &mut Ui, bench: &mut Bench) {
+        let mut dock = self.dock;
+        let count: usize = PANELS.iter().map(|panel| (panel.count)(bench)).sum();
+        let name = if count == 0 { "Results".to_owned() } else { format!("Results ({count})") };
+        dock.show(ui, Side::Right, &name, |ui| self.right(ui, bench));
+        self.dock = dock;
+    }
+
+    /// Shows what lies over the picture, which is at `place`.
+    pub fn show_over(&mut self, ui: &mut Ui, bench: &mut Bench, place: Rect) {
+        let (mut dock, ctx) = (self.dock, ui.ctx().clone());
+        dock.show_drawer(&ctx, Side::Left, place, |ui| self.left(ui, bench));
+        dock.show_drawer(&ctx, Side::Right, place, |ui| self.right(ui, bench));
+        self.dock = dock;
+        PANELS.iter().filter(|panel| panel.place == Place::Over).for_each(|panel| (panel.show)(self, bench, ui));
+    }
+
+    fn left(&mut self, ui: &mut Ui, bench: &mut Bench) {
+        ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+            // The scroll bar has room of its own.
+            ui.set_max_width(ui.available_width() - SCROLL_BAR);
+            PANELS.iter().filter(|panel| panel.place == Place::Left).for_each(|panel| (panel.show)(self, bench, ui));
+        });
+    }
+
+    fn right(&mut self, ui: &mut Ui, bench: &mut Bench) {
+        ui.horizontal(|ui| {
+            for panel in &PANELS {
+                let Place::Right(tab, title) = panel.place else { continue };
+                let count = (panel.count)(bench);
+                let text = if count == 0 { title.to_owned() } else { format!("{title} ({count})") };
+                if ui.selectable_label(self.tab == tab, text).clicked() {
+                    self.tab = tab;
+                }
+            }
+        });
+        ui.separator();
+        for panel in &PANELS {
+            if matches!(panel.place, Place::Right(tab, _) if tab == self.tab) {
+                (panel.show)(self, bench, ui);
+            }
+        }
     }
 
     /// What one of them paints.

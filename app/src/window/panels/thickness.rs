@@ -1,6 +1,7 @@
 //! The map of thickness: what is measured, how it is coloured, and what it says in numbers.
 
 use super::super::bench::Bench;
+use super::super::files::{Ask, Kind};
 use super::super::job::Job;
 use super::super::measured::Work;
 use bregma_measure::thickness::Statistics;
@@ -8,16 +9,12 @@ use bregma_renderer::{Mode, Scene};
 use bregma_session::thickness::{Coat, Map, Order, ThicknessMethod};
 use bregma_session::thickness_picture::{Colors, Scale, share, white};
 use bregma_session::{Landmark, save};
-use egui::{Align2, Color32, Context, DragValue, FontId, Grid, Rect, Role, Sense, Ui, WidgetInfo, Window, pos2, vec2};
-use rfd::FileDialog;
-use std::path::PathBuf;
+use egui::{Align2, Color32, DragValue, FontId, Grid, Rect, Role, ScrollArea, Sense, Ui, WidgetInfo, pos2, vec2};
 use std::sync::Arc;
 
 /// The panel.
 #[derive(Default)]
 pub struct ThicknessPanel {
-    /// On the screen.
-    pub open: bool,
     method: ThicknessMethod,
     /// Number of the scan.
     index: usize,
@@ -65,7 +62,7 @@ impl ThicknessPanel {
 
     /// The scene to paint on and the coat, while the map is shown and is of what is open.
     pub fn painting(&self, work: &Work) -> Option<(Scene, Arc<Coat>)> {
-        let coat = self.coat.as_ref().filter(|_| self.open && !self.hidden)?;
+        let coat = self.coat.as_ref().filter(|_| !self.hidden)?;
         let index = coat.map.index_in(&work.opened)?;
         let mut scene = white(work.opened.scene.clone());
         scene.mode = Mode::Iso;
@@ -73,17 +70,8 @@ impl ThicknessPanel {
         Some((scene, Arc::clone(coat)))
     }
 
-    /// Shows the window, if it is open.
-    pub fn show(&mut self, ctx: &Context, bench: &mut Bench) {
-        let mut open = self.open;
-        let window = Window::new("Thickness map").open(&mut open).default_width(300.0).resizable(false).default_pos([960.0, 60.0]);
-        if self.open {
-            window.show(ctx, |ui| self.contents(ui, bench));
-            self.open = open;
-        }
-    }
-
-    fn contents(&mut self, ui: &mut Ui, bench: &mut Bench) {
+    /// Shows what can be measured, and what was.
+    pub fn show(&mut self, ui: &mut Ui, bench: &mut Bench) {
         let work = &bench.work;
         if let Some(job) = &self.job {
             if job.ui(ui) {
@@ -94,6 +82,12 @@ impl ThicknessPanel {
         self.question(ui, work);
         let Some(coat) = self.coat.clone() else { return };
         ui.separator();
+        ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| self.measured(ui, bench, coat));
+    }
+
+    /// What was measured.
+    fn measured(&mut self, ui: &mut Ui, bench: &mut Bench, coat: Arc<Coat>) {
+        let work = &bench.work;
         if coat.map.index_in(&work.opened).is_none() {
             ui.colored_label(ui.visuals().warn_fg_color, "The scan, its isovalue or its place has changed: measure again.");
         }
@@ -106,7 +100,7 @@ impl ThicknessPanel {
         self.colors(ui, &coat);
         let save = ui.button("Save map…").on_hover_text("The points as CSV, or the coloured surface as PLY");
         if let (true, Some(coat)) = (save.clicked(), self.coat.clone()) {
-            bench.save(ui.ctx(), pick, move |_, file| save::map(file, &coat));
+            bench.save(ui.ctx(), SAVE, move |_, file| save::map(file, &coat));
         }
     }
 
@@ -192,11 +186,13 @@ impl ThicknessPanel {
     }
 }
 
-/// The dialog that asks where the map is saved.
-fn pick(dialog: FileDialog) -> Option<Vec<PathBuf>> {
-    let dialog = dialog.add_filter("CSV table", &["csv"]).add_filter("PLY surface", &["ply"]);
-    dialog.set_file_name("thickness.csv").save_file().map(|file| vec![file])
-}
+/// Where the map is saved, and as what.
+const SAVE: Ask = Ask {
+    title: "Save the map of thickness",
+    kind: Kind::Save,
+    forms: &[("CSV table", &["csv"]), ("PLY surface", &["ply"])],
+    name: "thickness.csv",
+};
 
 /// The colours with their millimetres, and above them how much of the surface has each.
 fn legend(ui: &mut Ui, coat: &Coat) {

@@ -3,9 +3,12 @@
 use super::super::measured::{NamedRay, Work};
 use super::super::widgets::color;
 use super::threshold_curve::curve;
+use bregma_field::Volume;
 use bregma_measure::{DifferenceRay, Segment, VolumeRecord, probe_cut, profile};
 use bregma_renderer::{Clip, Layer, Ray, Surface};
+use bregma_session::same_scans;
 use egui::Color32;
+use std::sync::Arc;
 
 /// What a ray meets in the visible volumes.
 #[derive(Clone, Debug)]
@@ -20,13 +23,15 @@ pub struct Found {
     /// For a bone by its number, from 0, how its length depends on the isovalue in each of them.
     curves: Option<(usize, Vec<Vec<[f64; 2]>>)>,
     of: (Vec<Layer>, Vec<Clip>, Ray),
+    volumes: Vec<Arc<Volume>>,
 }
 
 impl Found {
     /// Measures along all rays of the work; reuses what is `known` of those for which nothing that it depends on changed.
     pub fn refresh(mut known: Vec<Self>, work: &Work) -> Result<Vec<Self>, String> {
         let scene = &work.opened.scene;
-        let same = |k: &Self, ray: Ray| k.of.2 == ray && k.of.0 == scene.layers && k.of.1 == scene.clips;
+        let volumes = &work.opened.volumes;
+        let same = |k: &Self, ray: Ray| k.of.2 == ray && k.of.0 == scene.layers && k.of.1 == scene.clips && same_scans(&k.volumes, volumes);
         let found = |named: &NamedRay| match known.iter().position(|k| same(k, named.ray)) {
             Some(n) => Ok(known.swap_remove(n)),
             None => Self::of(work, named.ray),
@@ -44,6 +49,7 @@ impl Found {
             surfaces: vec![],
             curves: None,
             of: (layers, work.opened.scene.clips.clone(), ray),
+            volumes: work.opened.volumes.clone(),
         };
         if let Some(extent) = found.shown_mm() {
             let surfaces = work.opened.scene.surfaces(&work.opened.volumes).map_err(|e| e.to_string())?;

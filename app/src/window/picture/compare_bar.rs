@@ -18,8 +18,7 @@ const KINDS: [(Compare, &str, &str); 5] = [
 pub fn show(ui: &mut Ui, compare: &mut Compare) {
     let same = |kind: &Compare| discriminant(kind) == discriminant(compare);
     let name = KINDS.iter().find(|(kind, ..)| same(kind)).map_or("", |(_, name, _)| name);
-    ui.weak("Compare:");
-    let combo = ComboBox::from_id_salt("compare").selected_text(name).show_ui(ui, |ui| {
+    let combo = ComboBox::from_id_salt("compare").selected_text(format!("Compare: {name}")).width(150.0).show_ui(ui, |ui| {
         for (kind, name, what) in KINDS {
             let chosen = discriminant(&kind) == discriminant(compare);
             if ui.selectable_label(chosen, name).on_hover_text(what).clicked() && !chosen {

@@ -7,4 +7,5 @@ pub mod marks;
 pub mod navigate;
 pub mod painter;
 mod threshold_curve;
+pub mod tools;
 pub mod view;

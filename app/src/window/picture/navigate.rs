@@ -89,17 +89,20 @@ pub enum Side {
     Left,
     /// From above, the face up.
     Superior,
+    /// The face and the left, a little from above: the view that scans open with.
+    ThreeQuarter,
 }
 
-/// The whole of `bounds` from `side`; the kind of projection stays.
-pub fn look_from(camera: &mut Camera, bounds: &Bounds, side: Side) {
+/// All `points` from `side`, in a picture that is `aspect` times as wide as high; the kind of projection stays.
+pub fn look_from(camera: &mut Camera, points: &[DVec3], bounds: &Bounds, side: Side, aspect: f64) {
     let (azimuth, elevation) = match side {
         Side::Anterior => (0.0, 0.0),
         Side::Left => (90.0, 0.0),
         Side::Superior => (0.0, 90.0),
+        Side::ThreeQuarter => (35.0, 10.0),
     };
     let orthographic = matches!(camera.projection, Projection::Orthographic { .. });
-    *camera = Camera::orbit(bounds, azimuth, elevation);
+    *camera = Camera::framing(points, azimuth, elevation, aspect);
     if orthographic {
         toggle_projection(camera, bounds);
     }
@@ -157,7 +160,7 @@ mod tests {
     #[test]
     fn leaving_the_view_from_above_does_not_flip_the_picture() {
         let mut camera = Camera::orbit(&BOUNDS, 0.0, 0.0);
-        look_from(&mut camera, &BOUNDS, Side::Superior);
+        look_from(&mut camera, &[DVec3::ZERO, DVec3::splat(50.0)], &BOUNDS, Side::Superior, 1.0);
         for (right, down) in [(0.02, 0.0), (0.0, -0.02), (0.01, -0.01)] {
             let mut moved = camera;
             rotate(&mut moved, right, down);

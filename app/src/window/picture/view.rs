@@ -10,7 +10,9 @@ use super::painter::{self, Painted};
 use bregma_renderer::Ray;
 use bregma_session::Compare;
 use egui::emath::GuiRounding;
-use egui::{Color32, ColorImage, PointerButton, Pos2, Rect, Response, Role, Sense, TextureHandle, TextureOptions, Ui, WidgetInfo};
+use egui::{
+    Color32, ColorImage, CursorIcon, PointerButton, Pos2, Rect, Response, Role, Sense, TextureHandle, TextureOptions, Ui, WidgetInfo,
+};
 use std::f64::consts::PI;
 
 /// The picture on the screen.
@@ -27,6 +29,10 @@ pub struct View {
     first_point: Option<bregma_field::WorldPoint>,
     /// The cut that the mouse holds.
     held: Held,
+    /// The landmark that the mouse holds.
+    held_landmark: Option<usize>,
+    /// The button went down to close a menu or a list: the click that ends so does nothing else.
+    closes_popup: bool,
     /// When the mouse last moved the view or a layer changed, in the window's seconds.
     moved_at: f64,
 }
@@ -49,6 +55,22 @@ impl View {
     /// The next of two clicks is the first again.
     pub fn forget_first_point(&mut self) {
         self.first_point = None;
+    }
+
+    /// Width of the picture in heights; before it is first shown, about what it is on a usual window.
+    pub fn aspect(&self) -> f64 {
+        self.rect.map_or(0.85, |rect| f64::from(rect.width() / rect.height().max(1.0)))
+    }
+
+    /// What the mouse does now, for the status line.
+    pub fn hint(&self) -> &'static str {
+        match (self.held_landmark, self.first_point, self.tool) {
+            (Some(_), ..) => "Let go where the landmark belongs",
+            (_, Some(_), _) => "Click on the second point  ·  Escape: begin anew",
+            (_, _, Tool::Points) => "Click on the first point  ·  drag turns",
+            (_, _, Tool::Landmark) => "Click sets a landmark  ·  drag turns, or moves a landmark",
+            _ => "Click measures  ·  drag turns  ·  wheel zooms",
+        }
     }
 
     /// Takes a new picture to the screen.
@@ -113,13 +135,23 @@ impl View {
         let response = ui.interact(rect.shrink(rim), place.id.with("mouse"), Sense::click_and_drag());
         response.widget_info(|| WidgetInfo::labeled(Role::Image, true, "Picture"));
         let mut told = Ok(size);
+        if ui.input(|i| i.pointer.any_pressed()) {
+            self.closes_popup = ui.ctx().any_popup_open();
+        }
+        if ui.input(|i| i.key_pressed(egui::Key::Escape)) {
+            self.forget_first_point();
+        }
         if response.clicked_by(PointerButton::Primary)
+            && !self.closes_popup
             && let Some(at) = response.interact_pointer_pos()
         {
             let pane = self.panes(work, rect, size).into_iter().find(|(pane, _)| pane.contains(at));
             told = pane.map_or(Ok(()), |(pane, pixels)| self.click(work, pane, pixels, at)).map(|()| size);
         }
-        if self.navigate(ui, &response, work, rect) {
+        if let Some((pane, pixels)) = self.panes(work, rect, size).first().copied() {
+            self.hold_landmark(ui, &response, work, pane, pixels);
+        }
+        if self.held_landmark.is_none() && self.navigate(ui, &response, work, rect) {
             self.moved_at = ui.ctx().time();
         }
 
@@ -182,6 +214,35 @@ impl View {
         *camera != before
     }
 
+    /// Takes a landmark along that a drag began on, over the surface that lies under the mouse.
+    fn hold_landmark(&mut self, ui: &Ui, response: &Response, work: &mut Work, rect: Rect, size: [u32; 2]) {
+        let screen = Screen { camera: &work.opened.scene.camera, rect, size };
+        let near = |at: Pos2| {
+            let away = |l: &bregma_session::Landmark| screen.point(l.point_mm).map_or(f32::INFINITY, |p| p.distance(at));
+            let nearest = work.measured.landmarks.iter().map(away).enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
+            nearest.filter(|(_, away)| *away <= LANDMARK_REACH).map(|(n, _)| n)
+        };
+        if response.drag_started_by(PointerButton::Primary) {
+            self.held_landmark = ui.input(|i| i.pointer.press_origin()).and_then(near);
+        }
+        let hovers = response.hover_pos().and_then(near).is_some();
+        if hovers || self.held_landmark.is_some() {
+            ui.ctx().set_cursor_icon(if self.held_landmark.is_some() { CursorIcon::Grabbing } else { CursorIcon::Grab });
+        }
+        let Some((n, at)) = self.held_landmark.zip(response.interact_pointer_pos()) else { return };
+        let (x, y) = screen.pixel(at);
+        let ray = work.opened.scene.camera.ray(x, y, size[0], size[1]);
+        // Beside the bone it stays where it was.
+        if let Ok(Some((surface, point))) = picked(work, None, &ray)
+            && let Some(landmark) = work.measured.landmarks.get_mut(n)
+        {
+            landmark.point_mm = landmark_at(&surface, point);
+        }
+        if response.drag_stopped() {
+            self.held_landmark = None;
+        }
+    }
+
     /// The only volume that can be seen at a point of the screen, while scans are compared.
     fn shown_at(&self, rect: Rect, size: [u32; 2], at: Pos2) -> Option<usize> {
         let painted = self.painted.as_ref().filter(|p| p.parts.len() == 2)?;
@@ -210,10 +271,7 @@ impl View {
             }
             Tool::Landmark => work.measured.add_landmark(landmark_at(&surface, point)),
             _ => match self.first_point.take() {
-                None => {
-                    self.first_point = Some(point);
-                    return Err("Now click on the second point.".into());
-                }
+                None => self.first_point = Some(point),
                 Some(first) => {
                     let ray = Ray::new(first, point.0 - first.0).ok_or("The two points are one: click on another.")?;
                     // From a little before the first point, so that the surface there is seen.
@@ -239,6 +297,9 @@ fn marks(painter: &egui::Painter, screen: &Screen<'_>, measured: &Measured, foun
     measured.landmarks.iter().for_each(|landmark| marks::landmark(painter, screen, landmark));
     marks::directions(painter, screen);
 }
+
+/// A hand takes hold of a landmark within so many points of its middle.
+const LANDMARK_REACH: f32 = 10.0;
 
 /// See [`View::click`].
 const POINTS_BEFORE_MM: f64 = 2.0;

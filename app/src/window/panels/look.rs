@@ -1,14 +1,17 @@
-//! How volumes become a picture: the mode, and what can be said about the one that is chosen.
+//! How the scans become a picture: the mode with what it uses, and the light. None of it moves what is measured.
 
+use super::super::bench::Bench;
 use super::super::widgets::{color_button, percent};
 use bregma_field::Volume;
 use bregma_renderer::{BACKGROUND, Gather, Integrator, Mode, Named, Normals, Picture, RayValue, Reconstruction, Scene, Setting, Window};
-use egui::{Align, DragValue, Grid, Layout, Ui};
+use egui::{CollapsingHeader, DragValue, Grid, Ui};
 use std::sync::Arc;
 
-/// Shows the chooser and what the chosen mode uses. `picture` is the newest one.
-pub fn show(ui: &mut Ui, scene: &mut Scene, volumes: &[Arc<Volume>], picture: Option<&Picture>) {
-    ui.horizontal_top(|ui| {
+/// Shows the modes, what the chosen one uses, and, folded, the light.
+pub fn show(ui: &mut Ui, bench: &mut Bench) {
+    let (opened, picture) = (&mut bench.work.opened, bench.view.painted.as_ref().map(|painted| &painted.picture));
+    let scene = &mut opened.scene;
+    CollapsingHeader::new("Look").default_open(true).show(ui, |ui| {
         Grid::new("modes").spacing([8.0, 2.0]).show(ui, |ui| {
             for row in Mode::ALL.chunks(3) {
                 for mode in row {
@@ -18,14 +21,29 @@ pub fn show(ui: &mut Ui, scene: &mut Scene, volumes: &[Arc<Volume>], picture: Op
                 ui.end_row();
             }
         });
-        ui.with_layout(Layout::right_to_left(Align::Min), |ui| {
+        switches(ui, scene);
+        if scene.mode.uses(Setting::Numbers) {
+            value_range(ui, &mut scene.value_range, &opened.volumes);
+            window(ui, &mut scene.window, || projected(scene.mode, &opened.volumes, picture));
+        }
+    });
+    CollapsingHeader::new("Light").show(ui, |ui| {
+        if !scene.mode.uses(Setting::Numbers) {
+            shading(ui, scene);
+        }
+        ui.horizontal(|ui| {
             let mut background = scene.background.unwrap_or(BACKGROUND);
             if color_button(ui, &mut background, "Background colour") {
                 scene.background = Some(background);
             }
+            ui.weak("Background");
         });
     });
-    ui.horizontal(|ui| {
+}
+
+/// What is on or off in the chosen mode.
+fn switches(ui: &mut Ui, scene: &mut Scene) {
+    ui.horizontal_wrapped(|ui| {
         if scene.mode.uses(Setting::Surfaces) {
             let text = "Surfaces keep the light from each other; transparent ones let through what they do of what lies behind them";
             ui.checkbox(&mut scene.shadows, "Shadows").on_hover_text(text);
@@ -49,12 +67,6 @@ pub fn show(ui: &mut Ui, scene: &mut Scene, volumes: &[Arc<Volume>], picture: Op
             }
         }
     });
-    if scene.mode.uses(Setting::Numbers) {
-        value_range(ui, &mut scene.value_range, volumes);
-        window(ui, &mut scene.window, || projected(scene.mode, volumes, picture));
-    } else {
-        shading(ui, scene);
-    }
 }
 
 fn integrator(ui: &mut Ui, integrator: &mut Integrator) {

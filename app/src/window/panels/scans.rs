@@ -1,47 +1,33 @@
-//! The left panel: how the volumes are put together, and one card for each.
+//! What there is: a card for each scan.
 
 use super::super::bench::Bench;
 use super::super::measured::{Measured, Work};
 use super::super::widgets::{color, color_button, line, percent};
-use super::{cuts, histogram, modes, shells, transfer_editor};
+use super::super::words::in_the_window;
+use super::{cuts, histogram, shells, transfer_editor};
 use bregma_field::Volume;
 use bregma_measure::export::suffix;
-use bregma_renderer::{Gather, Layer, Picture, Scene};
-use egui::{Align, Button, DragValue, Frame, Label, Layout, Panel, RichText, ScrollArea, Slider, SliderClamping, Ui};
+use bregma_renderer::{Gather, Layer, Scene};
+use egui::{Align, DragValue, Frame, Label, Layout, RichText, Slider, SliderClamping, Ui};
 
-/// Shows the panel, where something is open, and applies what the person changes.
+/// Shows the cards and applies what the person changes.
 pub fn show(ui: &mut Ui, bench: &mut Bench) {
-    if !bench.is_empty() {
-        Panel::left("layers").default_size(320.0).size_range(290.0..=520.0).show(ui, |ui| {
-            ui.add_space(4.0);
-            contents(ui, &mut bench.work, bench.view.painted.as_ref().map(|p| &p.picture));
+    let work = &mut bench.work;
+    let scene = &mut work.opened.scene;
+    let shown = Shown::of(scene);
+    let mut closed = None;
+    for (n, (volume, layer)) in work.opened.volumes.iter().zip(&mut scene.layers).enumerate() {
+        // Scans may share a name: their number tells their widgets apart.
+        ui.push_id(n, |ui| {
+            Frame::group(ui.style()).fill(ui.visuals().faint_bg_color).show(ui, |ui| {
+                if card(ui, volume, layer, shown) {
+                    closed = Some(n);
+                }
+            });
         });
     }
-}
-
-/// `picture` is the newest one.
-fn contents(ui: &mut Ui, work: &mut Work, picture: Option<&Picture>) {
-    modes::show(ui, &mut work.opened.scene, &work.opened.volumes, picture);
-    ui.add_space(4.0);
-    let mut removed = None;
-    ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
-        cuts::show(ui, work);
-        let scene = &mut work.opened.scene;
-        let shown = Shown::of(scene);
-        for (n, (volume, layer)) in work.opened.volumes.iter().zip(&mut scene.layers).enumerate() {
-            // Scans may share a name: their number tells their widgets apart.
-            ui.push_id(n, |ui| {
-                Frame::group(ui.style()).fill(ui.visuals().faint_bg_color).show(ui, |ui| {
-                    if card(ui, volume, layer, shown) {
-                        removed = Some(n);
-                    }
-                });
-            });
-            ui.add_space(4.0);
-        }
-    });
-    if let Some(n) = removed {
-        remove(work, n);
+    if let Some(n) = closed {
+        close(work, n);
     }
 }
 
@@ -72,7 +58,7 @@ impl Shown {
     }
 }
 
-fn remove(work: &mut Work, n: usize) {
+fn close(work: &mut Work, n: usize) {
     let opened = &mut work.opened;
     // The built-in pair comes first and has no files.
     let without_file = opened.volumes.len() - opened.sources.len();
@@ -88,25 +74,25 @@ fn remove(work: &mut Work, n: usize) {
     }
 }
 
-/// One volume. True when it should be removed.
+/// One volume. True when it should be closed.
 fn card(ui: &mut Ui, volume: &Volume, layer: &mut Layer, shown: Shown) -> bool {
     ui.set_width(ui.available_width());
     let name = volume.name();
-    let removed = line(ui, |ui| {
-        let button = Button::new(RichText::new("×").size(18.0)).frame(false);
-        let remove = ui.add(button).on_hover_text("Remove from the window").accessible_name(format!("Remove {name}"));
+    let closed = line(ui, |ui| {
+        let more = ui.menu_button("…", |ui| {
+            ui.set_max_width(300.0);
+            information(ui, volume);
+            ui.separator();
+            ui.button("Close the scan").on_hover_text("Undo brings it back").clicked()
+        });
+        more.response.on_hover_text("Information, close").accessible_name(format!("More of {name}"));
         ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
-            color_button(ui, &mut layer.color, &format!("Colour of {name}"));
             ui.checkbox(&mut layer.visible, "").on_hover_text("Show").accessible_name(format!("Show {name}"));
+            color_button(ui, &mut layer.color, &format!("Colour of {name}"));
             ui.add(Label::new(RichText::new(name).strong().size(15.0)).truncate());
         });
-        remove.clicked()
+        more.inner == Some(true)
     });
-    let [nx, ny, nz] = volume.grid().dims();
-    let [sx, sy, sz] =
-        volume.grid().spacing_mm().to_array().map(|s| format!("{s:.3}").trim_end_matches('0').trim_end_matches('.').to_owned());
-    let spacing = if sx == sy && sy == sz { sx } else { format!("{sx} × {sy} × {sz}") };
-    ui.weak(format!("{nx} × {ny} × {nz}  ·  {spacing} mm")).on_hover_text("Samples along each axis, and the distances between them");
     let text_color = if layer.visible { color(layer.color) } else { ui.visuals().weak_text_color() };
     match shown {
         Shown::Transfer => {
@@ -138,11 +124,24 @@ fn card(ui: &mut Ui, volume: &Volume, layer: &mut Layer, shown: Shown) -> bool {
         let title = if count == 1 { "1 warning".to_owned() } else { format!("{count} warnings") };
         ui.collapsing(RichText::new(title).color(ui.visuals().warn_fg_color), |ui| {
             for warning in volume.warnings() {
-                ui.label(warning);
+                ui.label(in_the_window(warning));
             }
         });
     }
-    removed
+    closed
+}
+
+/// What is known of the scan, which is seldom asked for.
+fn information(ui: &mut Ui, volume: &Volume) {
+    let [nx, ny, nz] = volume.grid().dims();
+    let [sx, sy, sz] =
+        volume.grid().spacing_mm().to_array().map(|s| format!("{s:.3}").trim_end_matches('0').trim_end_matches('.').to_owned());
+    let spacing = if sx == sy && sy == sz { sx } else { format!("{sx} × {sy} × {sz}") };
+    ui.strong(volume.name());
+    ui.label(format!("{nx} × {ny} × {nz} samples, {spacing} mm apart"));
+    let [low, high] = volume.range();
+    ui.label(format!("values from {} to {}{}", round(low), round(high), suffix(volume.unit())));
+    ui.label(volume.format());
 }
 
 fn iso_slider(ui: &mut Ui, volume: &Volume, layer: &mut Layer) {

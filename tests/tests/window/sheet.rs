@@ -1,0 +1,79 @@
+//! A sheet of pictures of the window: every panel open once, at four sizes. Run by
+//! `cargo test --release -p bregma-tests --test window sheet -- --ignored`, and looked at in `tests/out/sheet`.
+
+use super::*;
+
+/// Sizes in points, and pixels of a point.
+const SIZES: [([f32; 2], f32); 4] = [([720.0, 480.0], 1.0), ([1280.0, 800.0], 1.0), ([1920.0, 1080.0], 1.0), ([1280.0, 800.0], 2.0)];
+
+/// What is done before a picture of it is taken; each goes on from the one before.
+type Step = (&'static str, fn(&mut Window));
+
+const STEPS: [Step; 9] = [
+    ("opened", |_| {}),
+    ("rays", |window| {
+        for shift in [egui::vec2(0.0, 0.0), egui::vec2(-30.0, -25.0), egui::vec2(25.0, -45.0)] {
+            let at = on_bone(window) + shift;
+            click(window, at);
+        }
+        open_side(window, "Results");
+    }),
+    ("landmarks", |window| {
+        close_drawers(window);
+        window.key_press(Key::L);
+        window.run_steps(2);
+        for shift in
+            [egui::vec2(0.0, 0.0), egui::vec2(-30.0, -25.0), egui::vec2(25.0, -45.0), egui::vec2(10.0, 12.0), egui::vec2(-22.0, 15.0)]
+        {
+            let at = on_bone(window) + shift;
+            click(window, at);
+        }
+        open_side(window, "Results");
+    }),
+    ("thickness", |window| {
+        command(window, "Thickness map");
+        window.get_by_label("Measure the thickness").click();
+        wait(window, "the map", |w| w.thickness().is_some());
+    }),
+    ("scans", |window| {
+        window.get_by_label("Show on the surface").click_accesskit();
+        close_drawers(window);
+        open_side(window, "Scans");
+    }),
+    ("cuts", |window| {
+        window.get_by_label("Cuts").click_accesskit();
+        window.run_steps(8);
+        window.get_by_label("Sagittal").click_accesskit();
+    }),
+    ("volume", |window| {
+        window.get_by_role_and_label(Role::RadioButton, "Volume").click_accesskit();
+    }),
+    ("commands", |window| {
+        window.key_press_modifiers(Modifiers::COMMAND, Key::K);
+        window.run_steps(3);
+    }),
+    ("unsaved", |window| {
+        window.key_press(Key::Escape);
+        window.run_steps(2);
+        command(window, "Open the demo pair");
+    }),
+];
+
+#[test]
+#[ignore = "takes minutes; its pictures are for people"]
+fn sheet() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("out/sheet");
+    std::fs::create_dir_all(&folder).unwrap();
+    for (size, density) in SIZES {
+        let builder = Harness::builder().with_size(size).with_pixels_per_point(density).wgpu();
+        let mut window: Window = builder.build_eframe(|cc| Workstation::new(cc, Start::Demo, None));
+        wait(&mut window, "the demo pair", |w| !w.is_loading());
+        settle(&mut window);
+        for (n, (name, step)) in STEPS.iter().enumerate() {
+            step(&mut window);
+            settle(&mut window);
+            window.run_steps(3);
+            screenshot(&mut window, &format!("sheet/{}x{}@{density}-{n}-{name}.png", size[0], size[1]));
+        }
+    }
+}
