@@ -6,6 +6,7 @@
 
 pub mod chart;
 mod compare;
+mod date;
 mod machine;
 mod measurement;
 mod opened;

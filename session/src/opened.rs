@@ -135,6 +135,13 @@ impl Opened {
         self.scene.camera = bregma_renderer::Camera::orbit(&self.bounds(), 0.0, 0.0);
     }
 
+    /// In one sentence, what is unlike about the thresholds or units that the visible scans are measured at; `None` where nothing is. Rays have
+    /// it among their notes.
+    pub fn unlike_thresholds(&self) -> Option<String> {
+        let visible = self.volumes.iter().zip(&self.scene.layers).filter(|(_, layer)| layer.visible);
+        bregma_measure::unlike_thresholds(&visible.map(|(volume, layer)| (volume.name(), layer.iso, volume.unit())).collect::<Vec<_>>())
+    }
+
     /// What people should know about the scans and their isovalues before they trust a picture or a number.
     pub fn warnings(&self) -> Vec<String> {
         let of_files = self.volumes.iter().flat_map(|v| v.warnings().iter().map(move |w| format!("{}: {w}", v.name())));

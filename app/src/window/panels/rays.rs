@@ -6,8 +6,10 @@ use super::super::picture::cast::Found;
 use super::super::widgets::{color_button, line};
 use super::bars;
 use super::ray_form::RayForm;
+use bregma_measure::export::Named;
 use bregma_measure::export::{self, suffix};
 use bregma_measure::{LedgerEntry, Uncertainty, VolumeRecord};
+use bregma_session::record::made;
 use bregma_session::save;
 use egui::{Align, Color32, DragValue, Frame, Grid, Id, Layout, Margin, Panel, RichText, Role, ScrollArea, TextEdit, Ui, WidgetInfo, vec2};
 use egui_plot::{Line, LineStyle, Plot, VLine};
@@ -32,7 +34,11 @@ pub fn show(ui: &mut Ui, bench: &mut Bench, form: &mut RayForm) {
 
 fn listed(ui: &mut Ui, bench: &mut Bench, form: &mut RayForm) {
     if !bench.work.measured.rays.is_empty() && rays(ui, &mut bench.work.measured) {
-        bench.save(ui.ctx(), pick_rays, |bench, file| save::rays(file, &bench.rays(), || bench.work.records(&bench.rays())));
+        bench.save(ui.ctx(), pick_rays, |bench, file| {
+            let names = bench.work.measured.rays.iter().map(|named| named.name.as_str());
+            let named: Vec<Named<'_>> = names.zip(&bench.found).map(|(name, found)| Named { name, found: &found.ray }).collect();
+            save::rays(file, &named, &made(&bench.work.opened), || bench.work.records(&bench.rays()))
+        });
     }
     if !bench.work.measured.landmarks.is_empty() {
         ui.add_space(6.0);
@@ -246,7 +252,7 @@ fn segments(ui: &mut Ui, volume: &VolumeRecord, color: Color32, hovered_mm: &mut
         ui.weak(format!("isovalue {:.4}{unit}", volume.iso).replace(".0000", ""));
     });
     if volume.segments.is_empty() {
-        ui.label(if volume.box_mm.is_some() { "no bone" } else { "the ray misses this scan" });
+        ui.label(volume.meets.absence().unwrap_or_default());
         return;
     }
     Grid::new("segments").striped(true).spacing([14.0, 3.0]).min_col_width(0.0).show(ui, |ui| {
@@ -276,7 +282,8 @@ fn segments(ui: &mut Ui, volume: &VolumeRecord, color: Color32, hovered_mm: &mut
             right(ui, RichText::new(format!("{:.0}°", s.obliquity_deg[0].max(s.obliquity_deg[1]))));
             let flags = [
                 (s.from_origin, "begins inside", "The ray begins in this bone: it is longer than this"),
-                (s.clipped, "cut by edge", "It begins or ends at a face of the scan: the bone may go on"),
+                (s.cut, "cut", "It begins or ends at a cut: the bone goes on"),
+                (s.clipped && !s.cut, "cut by edge", "It begins or ends at a face of the scan: the bone may go on"),
                 (s.below_resolution, "below resolution", "Thinner than the scan resolves: a threshold cannot measure it"),
             ];
             for (_, flag, why) in flags.iter().filter(|(set, ..)| *set) {

@@ -161,7 +161,7 @@ impl ThicknessPanel {
     fn place(&mut self, ui: &mut Ui, last: Option<&Landmark>) {
         ui.horizontal(|ui| {
             let mut everywhere = self.patch_mm.is_none() || last.is_none();
-            ui.radio_value(&mut everywhere, true, "Whole surface").on_hover_text("What the cuts leave of it");
+            ui.radio_value(&mut everywhere, true, "Whole surface").on_hover_text("Whatever is cut to look at it");
             ui.add_enabled_ui(last.is_some(), |ui| {
                 let hint = "A landmark says where (Measure › Landmark): the last one counts";
                 ui.radio_value(&mut everywhere, false, "Around a landmark").on_hover_text(hint).on_disabled_hover_text(hint);
@@ -187,7 +187,7 @@ impl ThicknessPanel {
         let place = patch.map(|(landmark, mm)| format!(", within {mm} mm of {}", landmark.name)).unwrap_or_default();
         let title = format!("{}, thickness {name}{place}", volume.name());
         let mut order = Order::new(volume, layer, self.index, self.method.along(opened.scene.camera.basis().forward), title);
-        (order.clips, order.patch) = (opened.scene.clips.clone(), patch.map(|(landmark, mm)| (landmark.point_mm, mm)));
+        order.patch = patch.map(|(landmark, mm)| (landmark.point_mm, mm));
         Some(order)
     }
 }
