@@ -2,12 +2,11 @@
 
 use crate::measurement::Measurement;
 use crate::output::{OutputError, write_figure, write_png, write_whole};
-use crate::session_file::Landmark;
 use crate::thickness::Coat;
 use crate::thickness_picture;
 use bregma_measure::csv::{self, Made};
 use bregma_measure::export::{self, Named};
-use bregma_measure::landmarks;
+use bregma_measure::landmarks::{self, Landmark};
 use bregma_renderer::Picture;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -59,20 +58,19 @@ pub fn rays(file: &Path, rays: &[Named<'_>], made: &Made, records: impl FnOnce()
     Ok(write_whole(file, text.as_bytes())?)
 }
 
-/// Saves landmarks of a specimen.
-pub fn landmarks(file: &Path, points: &[Landmark], specimen: &str) -> Result<(), SaveError> {
+/// Saves landmarks of a specimen, with what they were set by.
+pub fn landmarks(file: &Path, points: &[Landmark], specimen: &str, made: &Made) -> Result<(), SaveError> {
     let name = lower_name(file);
-    let points: Vec<landmarks::Named<'_>> = points.iter().map(|l| (l.name.as_str(), l.point_mm)).collect();
     let text = if name.ends_with(".mrk.json") {
-        format!("{:#}\n", landmarks::markups(&points))
+        format!("{:#}\n", landmarks::markups(points))
     } else if name.ends_with(".fcsv") {
-        landmarks::fcsv(&points)
+        landmarks::fcsv(points)
     } else if name.ends_with(".tps") {
-        landmarks::tps(&points, specimen)
+        landmarks::tps(points, specimen)
     } else if name.ends_with(".txt") {
-        landmarks::morphologika(&points, specimen)
+        landmarks::morphologika(points, specimen)
     } else if name.ends_with(".csv") {
-        landmarks::csv(&points)
+        landmarks::csv(points, made)
     } else {
         return Err(SaveError::Form { file: file.to_owned(), forms: ".csv, .mrk.json, .fcsv, .tps or .txt (morphologika)" });
     };
@@ -133,10 +131,10 @@ mod tests {
         assert!(rays("a.CSV").unwrap().starts_with("kind,ray,name,"));
         assert!(rays("a.txt").unwrap().starts_with("Ray 1: ray from"));
         assert!(rays("a.doc").unwrap_err().to_string().contains("a.doc: end the name in .csv"));
-        let point = [Landmark { name: "L1".into(), point_mm: DVec3::new(1.0, 2.0, 3.0) }];
-        let points = |name: &str| landmarks(&folder.join(name), &point, "skull").map(|()| text(name));
+        let point = [Landmark::at("L1", DVec3::new(1.0, 2.0, 3.0))];
+        let points = |name: &str| landmarks(&folder.join(name), &point, "skull", &Made::default()).map(|()| text(name));
         for (name, begins) in
-            [("b.mrk.json", "{"), ("b.fcsv", "# Markups"), ("b.tps", "LM3=1"), ("b.txt", "[individuals]"), ("b.csv", "name,")]
+            [("b.mrk.json", "{"), ("b.fcsv", "# Markups"), ("b.tps", "LM3=1"), ("b.txt", "[individuals]"), ("b.csv", "kind,name,")]
         {
             assert!(points(name).unwrap().starts_with(begins), "{name}");
         }

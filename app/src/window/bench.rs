@@ -127,6 +127,7 @@ impl Bench {
 
     fn receive(&mut self, mut opened: Opened, adds: bool) {
         if adds && !self.is_empty() {
+            self.work.measured.landmarks.append(&mut opened.landmarks);
             self.work.opened.add(opened);
             return;
         }

@@ -142,7 +142,7 @@ impl Measured {
     pub fn add_landmark(&mut self, point_mm: DVec3) {
         let free = |n: &usize| !self.landmarks.iter().any(|l| l.name == format!("L{n}"));
         let n = (1..).find(free).unwrap_or(1);
-        self.landmarks.push(Landmark { name: format!("L{n}"), point_mm });
+        self.landmarks.push(Landmark::at(format!("L{n}"), point_mm));
     }
 }
 

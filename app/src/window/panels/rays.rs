@@ -45,7 +45,7 @@ fn listed(ui: &mut Ui, bench: &mut Bench, form: &mut RayForm) {
         if landmarks(ui, &mut bench.work.measured) {
             bench.save(ui.ctx(), pick_landmarks, |bench, file| {
                 let specimen = bench.work.opened.volumes.first().map_or("", |v| v.name());
-                save::landmarks(file, &bench.work.measured.landmarks, specimen)
+                save::landmarks(file, &bench.work.measured.landmarks, specimen, &made(&bench.work.opened))
             });
         }
     }
@@ -115,7 +115,8 @@ fn landmarks(ui: &mut Ui, measured: &mut Measured) -> bool {
         });
     });
     let mut removed = None;
-    let before: Vec<_> = measured.landmarks.iter().map(|l| (l.name.clone(), l.point_mm)).collect();
+    let before: Vec<_> = measured.landmarks.iter().filter_map(|l| Some((l.name.clone(), l.point_mm?))).collect();
+    let mut set = 0_usize..;
     for (n, landmark) in measured.landmarks.iter_mut().enumerate() {
         ui.push_id(("landmark", n), |ui| {
             line(ui, |ui| {
@@ -125,7 +126,10 @@ fn landmarks(ui: &mut Ui, measured: &mut Measured) -> bool {
                 }
                 ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
                     ui.add(TextEdit::singleline(&mut landmark.name).desired_width(60.0)).accessible_name(format!("Name of {name}"));
-                    let p = landmark.point_mm;
+                    let Some((p, n)) = landmark.point_mm.and_then(|p| Some((p, set.next()?))) else {
+                        ui.weak("missing");
+                        return;
+                    };
                     // Distance to the landmark before, and the angle there between the two before and this one.
                     let text = match n.checked_sub(1).map(|m| &before[m]) {
                         None => String::new(),
