@@ -3,7 +3,7 @@
 //!     cargo run --release --example measure_a_ray -- [SCAN…]
 
 use bregma_field::{Progress, Ray, WorldPoint};
-use bregma_measure::probe_cut;
+use bregma_measure::probe;
 use bregma_session::{Opened, Source};
 use glam::DVec3;
 use std::error::Error;
@@ -16,7 +16,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     // From anterior to posterior, through the middle of what is open; the demo's is cast through the frontal bone.
     let through = if scans.is_empty() { DVec3::new(0.0, 0.0, 40.0) } else { opened.bounds().centre_mm };
     let ray = Ray::new(WorldPoint(through - 1000.0 * DVec3::Y), DVec3::Y).ok_or("a ray without a direction")?;
-    for scan in probe_cut(&opened.volumes, &opened.scene.layers, &opened.scene.clips, &ray)?.volumes {
+    for scan in probe(&opened.volumes, &opened.scene.layers, &ray)?.volumes {
         for bone in scan.segments {
             println!("{}: {:.2} ± {:.2} mm of bone, from {:.2} mm on", scan.name, bone.length_mm, bone.uncertainty.error_mm, bone.from_mm);
         }

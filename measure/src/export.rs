@@ -1,38 +1,32 @@
-//! Measurements as files: difference rays as a table to read, CSV for statistics, 3D Slicer markups; maps as CSV and PLY.
+//! Measurements as files: difference rays as a table to read and as 3D Slicer markups; maps as CSV and PLY. Their CSV is [`crate::csv`].
 
 use crate::mesh::Mesh;
-use crate::probe::{DifferenceRay, Segment, VolumeRecord};
-use bregma_field::Unit;
+use crate::numbers::{fixed, signed, significant};
+use crate::record::{Difference, DifferenceRay, Pair, Segment};
 use serde_json::{Value, json};
 use std::fmt::Write;
 
-/// What stands behind a number of this unit.
-pub fn suffix(unit: Unit) -> &'static str {
-    match unit {
-        Unit::Hounsfield => " HU",
-        Unit::Value => "",
-    }
-}
+pub use crate::numbers::suffix;
 
-/// A table for people: for each volume its crossings and segments, then the ledger.
+/// A table for people: how the volumes differ, for each its crossings and segments, then the ledger.
 pub fn table(d: &DifferenceRay) -> String {
-    let [ox, oy, oz] = d.ray.origin_mm;
-    let [dx, dy, dz] = d.ray.direction;
-    let mut out = format!("ray from {ox:.3}, {oy:.3}, {oz:.3} mm along {dx:.6}, {dy:.6}, {dz:.6} (LPS)\n");
+    let [ox, oy, oz] = d.ray.origin_mm.map(|mm| fixed(mm, 3));
+    let [dx, dy, dz] = d.ray.direction.map(|part| fixed(part, 6));
+    let mut out = format!("ray from {ox}, {oy}, {oz} mm along {dx}, {dy}, {dz} (LPS){}\n", extent(d));
+    out += &d.notes.iter().map(|note| format!("note: {note}\n")).collect::<String>();
+    out += &d.pairs.iter().map(|pair| format!("\n{}", pair_lines(pair))).collect::<String>();
     // Writing to a String cannot fail.
     let mut line = |text: std::fmt::Arguments<'_>| out.write_fmt(text).and_then(|()| out.write_char('\n')).unwrap_or_default();
     for v in &d.volumes {
         let unit = suffix(v.unit);
-        line(format_args!("\n{}, isovalue {} ± {:.1}{unit}; 95 % of lengths lie within their ± mm", v.name, v.iso, v.iso_tolerance));
-        let Some([first, last]) = v.box_mm else {
-            line(format_args!("  the ray misses this scan"));
-            continue;
-        };
-        line(format_args!("  in the scan from {first:.3} to {last:.3} mm"));
-        if v.segments.is_empty() {
-            line(format_args!("  no bone"));
-        } else {
-            line(format_args!("  {HEAD}"));
+        let (iso, tolerance) = (significant(v.iso, 6), significant(v.iso_tolerance, 3));
+        line(format_args!("\n{}, isovalue {iso} ± {tolerance}{unit}; 95 % of lengths lie within their ± mm", v.name));
+        if let Some([first, last]) = v.box_mm {
+            line(format_args!("  in the scan from {} to {} mm", fixed(first, 3), fixed(last, 3)));
+        }
+        match v.meets.absence() {
+            Some(why) => line(format_args!("  {why}")),
+            None => line(format_args!("  {HEAD}")),
         }
         for (n, s) in v.segments.iter().enumerate() {
             line(format_args!("  {}", row(n, s)));
@@ -41,23 +35,71 @@ pub fn table(d: &DifferenceRay) -> String {
     line(format_args!("\n{:>10} {:>10} {:>10}  inside", "from mm", "to mm", "length mm"));
     for e in &d.ledger {
         let inside = if e.inside.is_empty() { "–".to_owned() } else { e.inside.join(" + ") };
-        line(format_args!("{:>10.3} {:>10.3} {:>10.3}  {inside}", e.from_mm, e.to_mm, e.length_mm));
+        let [from, to, length] = [e.from_mm, e.to_mm, e.length_mm].map(|mm| fixed(mm, 3));
+        line(format_args!("{from:>10} {to:>10} {length:>10}  {inside}"));
     }
     out
 }
 
-/// A table for people of the bone segments of many rays, numbered from 1 in their order.
-pub fn table_of_rays(rays: &[DifferenceRay]) -> String {
-    let mut out = format!("{:>6} {:<24} {HEAD}\n", "ray", "volume");
-    for (r, d) in rays.iter().enumerate() {
-        for v in &d.volumes {
-            for (n, s) in v.segments.iter().enumerate() {
-                let row = format!("{:>6} {:<24} {}\n", r + 1, v.name, row(n, s));
-                out.push_str(&row);
-            }
+/// What of the bone was measured, where that is not all of it.
+fn extent(d: &DifferenceRay) -> &'static str {
+    if d.as_cut { ", as cut: only what the cuts leave is measured" } else { "" }
+}
+
+/// What the ± of a pair's differences is, in words.
+pub fn of_their_errors(pair: &Pair) -> String {
+    let without = pair.without.map_or(String::new(), |what| format!(", without {what}"));
+    format!("95 % of differences lie within their ±{without}")
+}
+
+/// A difference in words: `bone 1 − bone 1: +3.214 ± 0.210 mm`.
+pub fn difference(d: &Difference) -> String {
+    let bones = |numbers: &[usize]| numbers.iter().map(|n| format!("bone {n}")).collect::<Vec<_>>().join(" + ");
+    let (mm, error) = (signed(d.difference_mm, 3), fixed(d.uncertainty.error_mm, 3));
+    let united = if d.united { "  several stretches in one" } else { "" };
+    let partial = if d.partial { "  a part of the bone only" } else { "" };
+    let thin = if d.below_resolution { "  thinner than a scan resolves" } else { "" };
+    format!("{} − {}: {mm} ± {error} mm{united}{partial}{thin}", bones(&d.b), bones(&d.a))
+}
+
+/// A sentence for each stretch that has no partner.
+pub fn alone(pair: &Pair) -> Vec<String> {
+    let of = |own: &str, other: &str, n: &usize| format!("bone {n} of {own} has no partner in {other}");
+    let of_a = pair.only_a.iter().map(|n| of(&pair.a, &pair.b, n));
+    of_a.chain(pair.only_b.iter().map(|n| of(&pair.b, &pair.a, n))).collect()
+}
+
+fn pair_lines(pair: &Pair) -> String {
+    let head = format!("{} − {}: {}\n", pair.b, pair.a, of_their_errors(pair));
+    let lines = pair.differences.iter().map(difference).chain(alone(pair));
+    head + &lines.map(|line| format!("  {line}\n")).collect::<String>()
+}
+
+/// A table for people of many rays, each by its name: how the volumes differ, then the bone segments.
+pub fn table_of_rays(rays: &[Named<'_>]) -> String {
+    let mut notes: Vec<String> = rays.iter().flat_map(|r| &r.found.notes).map(|note| format!("note: {note}\n")).collect();
+    notes.dedup();
+    let mut out = notes.concat();
+    for r in rays {
+        out += &r.found.pairs.iter().map(|pair| format!("{}, {}", r.name, pair_lines(pair))).collect::<String>();
+    }
+    out += &format!("{}{:<12} {:<24} {HEAD}\n", if out.is_empty() { "" } else { "\n" }, "ray", "volume");
+    for r in rays {
+        for v in &r.found.volumes {
+            let rows = v.segments.iter().enumerate().map(|(n, s)| row(n, s)).chain(v.meets.absence().map(str::to_owned));
+            out += &rows.map(|row| format!("{:<12} {:<24} {row}{}\n", r.name, v.name, extent(r.found))).collect::<String>();
         }
     }
     out
+}
+
+/// A difference ray by its name.
+#[derive(Clone, Copy, Debug)]
+pub struct Named<'a> {
+    /// What the person calls it.
+    pub name: &'a str,
+    /// What it found.
+    pub found: &'a DifferenceRay,
 }
 
 /// The columns of [`row`].
@@ -65,79 +107,22 @@ const HEAD: &str = "bone    from mm      to mm  length mm      ± mm  half-max m
 
 /// Segment `n`, counted from 0.
 fn row(n: usize, s: &Segment) -> String {
-    let half_maximum = s.half_maximum_mm.map_or("–".to_owned(), |mm| format!("{mm:.3}"));
-    let oblique_deg = s.obliquity_deg[0].max(s.obliquity_deg[1]);
-    let numbers = format!("{:>4} {:>10.3} {:>10.3} {:>10.3} {:>9.3}", n + 1, s.from_mm, s.to_mm, s.length_mm, s.uncertainty.error_mm);
-    format!("{numbers} {half_maximum:>12} {oblique_deg:>10.0}{}", flags(s))
+    let half_maximum = s.half_maximum_mm.map_or("–".to_owned(), |mm| fixed(mm, 3));
+    let oblique_deg = fixed(s.obliquity_deg[0].max(s.obliquity_deg[1]), 0);
+    let [from, to, length, error] = [s.from_mm, s.to_mm, s.length_mm, s.uncertainty.error_mm].map(|mm| fixed(mm, 3));
+    format!("{:>4} {from:>10} {to:>10} {length:>10} {error:>9} {half_maximum:>12} {oblique_deg:>10}{}", n + 1, flags(s))
 }
 
 /// What a reader must know about a segment before using its length.
 pub fn flags(s: &Segment) -> String {
-    let clipped = if s.clipped { "  cut by the scan's edge" } else { "" };
+    let clipped = match (s.cut, s.clipped) {
+        (true, _) => "  cut",
+        (false, true) => "  cut by the scan's edge",
+        (false, false) => "",
+    };
     let thin = if s.below_resolution { "  thinner than the scan resolves" } else { "" };
     let inside = if s.from_origin { "  begins inside bone" } else { "" };
     format!("{clipped}{inside}{thin}")
-}
-
-/// Generates the columns of difference rays as CSV from one list of names and values: the header, and the row of one segment.
-macro_rules! columns {
-    (($ray:ident, $volume:ident, $n:ident, $segment:ident) $first:literal: $value:expr, $($name:literal: $other:expr,)*) => {
-        /// The columns of [`csv_rows`].
-        pub const CSV_HEADER: &str = concat!($first, $(",", $name),*);
-
-        /// Segment `n`, counted from 0, of what the ray with number `ray` found in a volume.
-        fn csv_row($ray: usize, $volume: &VolumeRecord, $n: usize, $segment: &Segment) -> String {
-            [$value.to_string(), $($other.to_string()),*].join(",") + "\n"
-        }
-    };
-}
-
-columns! {
-    (ray, v, n, s)
-    "ray": ray,
-    "volume": quoted(&v.name),
-    "segment": n + 1,
-    "iso": v.iso,
-    "from_mm": s.from_mm,
-    "to_mm": s.to_mm,
-    "length_mm": s.length_mm,
-    "error_mm": s.uncertainty.error_mm,
-    "root_error_mm": s.uncertainty.root_error_mm,
-    "threshold_error_mm": s.uncertainty.threshold_error_mm,
-    "noise_error_mm": s.uncertainty.noise_error_mm,
-    "sampling_error_mm": s.uncertainty.sampling_error_mm,
-    "blur_error_mm": s.uncertainty.blur_error_mm,
-    "registration_error_mm": known(s.uncertainty.registration_error_mm),
-    "obliquity_from_deg": s.obliquity_deg[0],
-    "obliquity_to_deg": s.obliquity_deg[1],
-    "half_maximum_mm": known(s.half_maximum_mm),
-    "resolution_mm": s.resolution_mm,
-    "iso_tolerance": v.iso_tolerance,
-    "clipped": s.clipped,
-    "from_origin": s.from_origin,
-    "below_resolution": s.below_resolution,
-}
-
-/// A name that cannot break a field.
-fn quoted(name: &str) -> String {
-    if name.contains([',', '"', '\n']) { format!("\"{}\"", name.replace('"', "\"\"")) } else { name.to_owned() }
-}
-
-/// A number, or nothing where there is none.
-fn known(number: Option<f64>) -> String {
-    number.map_or(String::new(), |number| number.to_string())
-}
-
-/// One row for each bone segment of the ray with number `ray`.
-pub fn csv_rows(ray: usize, d: &DifferenceRay) -> String {
-    let rows = |v: &VolumeRecord| v.segments.iter().enumerate().map(|(n, s)| csv_row(ray, v, n, s)).collect::<String>();
-    d.volumes.iter().map(rows).collect()
-}
-
-/// Difference rays as CSV, numbered from 1 in their order: the columns, and a row for each bone segment.
-pub fn csv(rays: &[DifferenceRay]) -> String {
-    let rows: String = rays.iter().enumerate().map(|(n, ray)| csv_rows(n + 1, ray)).collect();
-    format!("{CSV_HEADER}\n{rows}")
 }
 
 /// What 3D Slicer's markups JSON v1.0.3 follows.
@@ -160,13 +145,13 @@ pub(crate) fn control_point(n: usize, label: &str, description: &str, position_m
     })
 }
 
-/// 3D Slicer's markups JSON v1.0.3, LPS: one Line for each segment of all `rays`.
-pub fn markups(rays: &[DifferenceRay]) -> Value {
+/// 3D Slicer's markups JSON v1.0.3, LPS: one Line for each segment of all `rays`. What a segment differs from its partner by is told by its points.
+pub fn markups(rays: &[Named<'_>]) -> Value {
     let mut lines = Vec::new();
-    for (n, d) in rays.iter().enumerate() {
-        for v in &d.volumes {
+    for Named { name, found } in rays {
+        for (n, v) in found.volumes.iter().enumerate() {
             for (k, s) in v.segments.iter().enumerate() {
-                lines.push(markup_line(d, &format!("ray {} {} bone {}", n + 1, v.name, k + 1), s));
+                lines.push(markup_line(found, &format!("{name} {} bone {}", v.name, k + 1), s, &differences_of(found, n, k + 1)));
             }
         }
     }
@@ -176,9 +161,20 @@ pub fn markups(rays: &[DifferenceRay]) -> Value {
     })
 }
 
-fn markup_line(d: &DifferenceRay, label: &str, s: &Segment) -> Value {
+/// In words, the differences that bone number `bone` (from 1) of a volume, by its number from 0, has a part in.
+fn differences_of(d: &DifferenceRay, volume: usize, bone: usize) -> String {
+    let has = |numbers: &[usize], of: usize| of == volume && numbers.contains(&bone);
+    let of_pair = |pair: &Pair| {
+        let its = pair.differences.iter().filter(|d| has(&d.a, pair.volumes[0]) || has(&d.b, pair.volumes[1]));
+        its.map(|d| format!("; {} − {}, {} ({})", pair.b, pair.a, difference(d), of_their_errors(pair))).collect::<String>()
+    };
+    d.pairs.iter().map(of_pair).collect()
+}
+
+fn markup_line(d: &DifferenceRay, label: &str, s: &Segment, differences: &str) -> Value {
     let at = |t_mm: f64| -> [f64; 3] { std::array::from_fn(|a| d.ray.origin_mm[a] + t_mm * d.ray.direction[a]) };
-    let point = |n: usize, t_mm: f64| control_point(n, &format!("{label}-{n}"), &format!("{t_mm} mm along the ray"), at(t_mm));
+    let told = |t_mm: f64| format!("{} mm along the ray{}{differences}", fixed(t_mm, 3), extent(d));
+    let point = |n: usize, t_mm: f64| control_point(n, &format!("{label}-{n}"), &told(t_mm), at(t_mm));
     json!({
         "type": "Line",
         "coordinateSystem": "LPS",
@@ -198,8 +194,8 @@ fn markup_line(d: &DifferenceRay, label: &str, s: &Segment) -> Value {
 pub fn map_csv(mesh: &Mesh, values: &[f32]) -> String {
     let mut out = "x_mm,y_mm,z_mm,nx,ny,nz,thickness_mm\n".to_owned();
     for ((p, n), value) in mesh.vertices.iter().zip(&mesh.normals).zip(values).filter(|(_, value)| !value.is_nan()) {
-        // Writing to a String cannot fail.
-        writeln!(out, "{:.4},{:.4},{:.4},{:.4},{:.4},{:.4},{value:.4}", p.x, p.y, p.z, n.x, n.y, n.z).unwrap_or_default();
+        let numbers = [p.x, p.y, p.z, n.x, n.y, n.z, f64::from(*value)].map(|number| fixed(number, 4));
+        out += &(numbers.join(",") + "\n");
     }
     out
 }

@@ -1,15 +1,21 @@
 //! What is read off scans: the difference ray, its lengths and their errors.
 
+pub mod csv;
+mod difference;
 mod edge;
 pub mod export;
 pub mod landmarks;
 pub mod mesh;
 pub mod numbers;
 mod probe;
+mod record;
 pub mod thickness;
+mod threshold;
 mod uncertainty;
 
 pub use bregma_field::interpolant::profile;
 pub use edge::Edge;
-pub use probe::{CrossingRecord, DifferenceRay, LedgerEntry, RayRecord, Segment, VolumeRecord, iso_tolerance, probe, probe_cut};
+pub use probe::{iso_tolerance, probe, probe_cut};
+pub use record::{CrossingRecord, Difference, DifferenceRay, LedgerEntry, Meets, Pair, RayRecord, Segment, Shift, VolumeRecord};
+pub use threshold::unlike_thresholds;
 pub use uncertainty::Uncertainty;

@@ -1,114 +1,15 @@
-//! The difference ray: one ray through every volume, its crossings, its bone segments with their lengths and errors, and the
-//! ledger of who is inside where.
+//! Casting the difference ray: one ray through every volume, its crossings, its bone segments with their lengths and errors, their differences,
+//! and the ledger of who is inside where.
 
+use crate::difference::pairs;
 use crate::edge::{Edge, spacing_along_mm};
-use crate::uncertainty::{self, End, Uncertainty};
+use crate::record::{CrossingRecord, DifferenceRay, LedgerEntry, Meets, RayRecord, Segment, VolumeRecord};
+use crate::threshold::unlike_thresholds;
+use crate::uncertainty::{self, End, Ends};
 use bregma_field::crossings::{self, Crossing, Kind};
 use bregma_field::{Clip, GridError, Measured, Ray, Surface, Unit, Volume};
-use serde::Serialize;
+use glam::DAffine3;
 use std::sync::Arc;
-
-/// The whole answer. Serialises to the agreed JSON (see the guide).
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct DifferenceRay {
-    /// The ray that was cast.
-    pub ray: RayRecord,
-    /// One for each volume, in order.
-    pub volumes: Vec<VolumeRecord>,
-    /// Who is inside where, over the union of the boxes, without gaps or overlaps.
-    pub ledger: Vec<LedgerEntry>,
-}
-
-/// A ray as it is written down.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct RayRecord {
-    /// LPS mm.
-    pub origin_mm: [f64; 3],
-    /// Unit.
-    pub direction: [f64; 3],
-}
-
-/// What the ray meets in one volume.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct VolumeRecord {
-    /// Its name.
-    pub name: String,
-    /// Isovalue, in the volume's values.
-    pub iso: f64,
-    /// HU or value.
-    pub unit: Unit,
-    /// Change of the isovalue that the threshold error stands for, in values.
-    pub iso_tolerance: f64,
-    /// First and last t within the box of the scan, or what cuts leave of it; `None` where the ray misses that.
-    pub box_mm: Option<[f64; 2]>,
-    /// In order.
-    pub crossings: Vec<CrossingRecord>,
-    /// Stretches of bone, in order.
-    pub segments: Vec<Segment>,
-}
-
-/// One crossing of the isosurface.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct CrossingRecord {
-    /// Distance from the ray's origin.
-    pub t_mm: f64,
-    /// Enter, exit or touch.
-    pub kind: Kind,
-    /// Lowest sample of its cell.
-    pub cell: [usize; 3],
-    /// LPS mm.
-    pub point_mm: [f64; 3],
-    /// Outward unit normal, LPS.
-    pub normal: [f64; 3],
-    /// Bracket of the root.
-    pub error_mm: f64,
-    /// How far the crossing moves when the isovalue changes by the tolerance: δiso / |∂f/∂t|; 0 where bone is cut rather than
-    /// bounded, infinite (null in JSON) where the value does not change along the ray.
-    pub threshold_error_mm: f64,
-    /// At a face of the volume rather than on the isosurface.
-    pub clipped: bool,
-    /// At the ray's origin, which lies in bone.
-    pub at_origin: bool,
-}
-
-/// One stretch of bone.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Segment {
-    /// Where it begins.
-    pub from_mm: f64,
-    /// Where it ends.
-    pub to_mm: f64,
-    /// Its length.
-    pub length_mm: f64,
-    /// How far that may be from the truth.
-    #[serde(flatten)]
-    pub uncertainty: Uncertainty,
-    /// Angle between the ray and the normal at each end, degrees: at 60 a wall is measured at twice its thickness.
-    pub obliquity_deg: [f64; 2],
-    /// Its length between the places where the value is halfway between the plateaus beside each end; null where the scan shows none.
-    pub half_maximum_mm: Option<f64>,
-    /// The thinnest wall that this scan can show here, along the ray.
-    pub resolution_mm: f64,
-    /// It begins or ends at a face of the volume.
-    pub clipped: bool,
-    /// It begins at the ray's origin, which lies in bone.
-    pub from_origin: bool,
-    /// Thinner than the resolution: a threshold cannot measure it.
-    pub below_resolution: bool,
-}
-
-/// A stretch of the ray and the volumes whose bone it is in.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct LedgerEntry {
-    /// Where it begins.
-    pub from_mm: f64,
-    /// Where it ends.
-    pub to_mm: f64,
-    /// Its length.
-    pub length_mm: f64,
-    /// Names of the volumes; empty in a gap.
-    pub inside: Vec<String>,
-}
 
 /// The tolerance where values are HU: about what another kernel, or another scanner's calibration, moves a bone's edge by.
 const ISO_TOLERANCE_HU: f64 = 50.0;
@@ -123,7 +24,7 @@ pub fn iso_tolerance(volume: &Volume) -> f64 {
     }
 }
 
-/// Casts the difference ray through the visible ones of `volumes`, as `measured` has one for each, in float64.
+/// Casts the difference ray through the whole bone of the visible ones of `volumes`, as `measured` has one for each, in float64.
 ///
 /// ```
 /// use bregma_field::{Measured, Ray, WorldPoint};
@@ -146,7 +47,7 @@ pub fn probe(
     measured: impl IntoIterator<Item = impl Into<Measured>>,
     ray: &Ray,
 ) -> Result<DifferenceRay, GridError> {
-    probe_cut(volumes, measured, &[], ray)
+    cast(volumes, measured, None, ray)
 }
 
 /// The same through what `clips` leave of them. Bone that a cut goes through is closed there, and clipped.
@@ -156,15 +57,31 @@ pub fn probe_cut(
     clips: &[Clip],
     ray: &Ray,
 ) -> Result<DifferenceRay, GridError> {
+    cast(volumes, measured, Some(clips), ray)
+}
+
+fn cast(
+    volumes: &[Arc<Volume>],
+    measured: impl IntoIterator<Item = impl Into<Measured>>,
+    clips: Option<&[Clip]>,
+    ray: &Ray,
+) -> Result<DifferenceRay, GridError> {
     let visible = volumes.iter().zip(measured.into_iter().map(Into::into)).enumerate().filter(|(_, (_, measured))| measured.visible);
-    let records = visible.map(|(n, (volume, measured))| {
-        let surface = Surface::new(volume, measured.iso, measured.transform)?.cut(clips, n);
-        Ok(record(&surface, &measured, ray))
+    let records = visible.map(|(index, (volume, measured))| {
+        let whole = Surface::new(volume, measured.iso, measured.transform)?;
+        let left = clips.map(|clips| whole.clone().cut(clips, index)).filter(|left| !left.region.is_all());
+        Ok(VolumeRecord { index, ..record(&whole, left.as_ref(), &measured, ray) })
     });
     let volumes = unique_names(records.collect::<Result<Vec<_>, GridError>>()?);
-    let ledger = ledger(&volumes);
-    let ray = RayRecord { origin_mm: ray.origin.0.to_array(), direction: ray.direction.to_array() };
-    Ok(DifferenceRay { ray, volumes, ledger })
+    let thresholds: Vec<(&str, f64, Unit)> = volumes.iter().map(|v| (v.name.as_str(), v.iso, v.unit)).collect();
+    Ok(DifferenceRay {
+        ray: RayRecord { origin_mm: ray.origin.0.to_array(), direction: ray.direction.to_array() },
+        as_cut: clips.is_some(),
+        notes: unlike_thresholds(&thresholds).into_iter().collect(),
+        pairs: pairs(&volumes),
+        ledger: ledger(&volumes),
+        volumes,
+    })
 }
 
 /// The ledger tells volumes apart by name: the second of two equal names gets its number.
@@ -177,18 +94,39 @@ fn unique_names(mut volumes: Vec<VolumeRecord>) -> Vec<VolumeRecord> {
     volumes
 }
 
-fn record(surface: &Surface, measured: &Measured, ray: &Ray) -> VolumeRecord {
-    let volume = &surface.volume;
+/// What the ray meets in the `whole` surface, or in what cuts `left` of it.
+fn record(whole: &Surface, left: Option<&Surface>, measured: &Measured, ray: &Ray) -> VolumeRecord {
+    let volume = &whole.volume;
+    let surface = left.unwrap_or(whole);
     let iso_tolerance = iso_tolerance(volume);
     let crossings = crossings::crossings(surface, ray);
+    let whole_box_mm = crossings::box_span(whole, ray).map(|span| span.t_mm);
+    let mut segments = segments(surface, measured, ray, &crossings, iso_tolerance);
+    if left.is_some() {
+        // A cut moves an end away from the scan's own.
+        let is_cut = |t_mm: f64| whole_box_mm.is_some_and(|ends| !ends.contains(&t_mm));
+        let clipped = |t_mm: f64| crossings.iter().any(|c| c.clipped && c.t_mm == t_mm);
+        segments.iter_mut().for_each(|s| s.cut = [s.from_mm, s.to_mm].into_iter().any(|t| clipped(t) && is_cut(t)));
+    }
+    let bone_is_cut_away = || left.is_some() && crossings::first_wall(whole, ray).is_some();
+    let meets = match segments[..] {
+        [_, ..] => Meets::Bone,
+        [] if whole_box_mm.is_none() => Meets::Nothing,
+        [] if bone_is_cut_away() => Meets::CutAway,
+        [] => Meets::NoBone,
+    };
     VolumeRecord {
         name: volume.name().to_owned(),
         iso: measured.iso,
         unit: volume.unit(),
         iso_tolerance,
         box_mm: crossings::box_span(surface, ray).map(|s| s.t_mm),
-        segments: segments(surface, measured, ray, &crossings, iso_tolerance),
+        meets,
+        segments,
         crossings: crossings.iter().map(|c| crossing_record(surface, iso_tolerance, c)).collect(),
+        index: 0,
+        residual_mm: measured.residual_mm,
+        is_moved: measured.transform != DAffine3::IDENTITY,
     }
 }
 
@@ -235,17 +173,20 @@ fn segments(surface: &Surface, measured: &Measured, ray: &Ray, crossings: &[Cros
         let obliquity_deg = [enter, exit].map(|end| end.obliquity_deg(ray));
         let along_ray_mm = |end: End<'_>| end.resolution_mm(surface) / end.cosine(ray).max(f64::EPSILON);
         let resolution_mm = [enter, exit].into_iter().filter(End::is_boundary).map(along_ray_mm).fold(0.0, f64::max);
+        let ends = uncertainty::of_ends(surface, measured.iso, tolerance, ray, [enter, exit]);
         Segment {
             from_mm: enter.crossing.t_mm,
             to_mm: exit.crossing.t_mm,
             length_mm,
-            uncertainty: uncertainty::of_length(surface, measured.iso, tolerance, ray, [enter, exit], measured.residual_mm),
+            uncertainty: uncertainty::of_length(Ends { of: &ends, residual_mm: measured.residual_mm }),
             obliquity_deg,
             half_maximum_mm: half_maximum_mm(surface, ray, [enter, exit]),
             resolution_mm,
             clipped: enter.crossing.clipped || exit.crossing.clipped,
             from_origin: enter.crossing.at_origin,
             below_resolution: length_mm < resolution_mm,
+            cut: false,
+            ends,
         }
     };
     (0..ends.len() / 2).map(segment).collect()

@@ -1,4 +1,4 @@
-//! How far a length may be from the truth: named parts, each half the width of an interval that holds it in 95 of 100 cases, and their total.
+//! How far a length, or a difference of two, may be from the truth: named parts, each half the width of an interval that holds it in 95 of 100 cases, and their total.
 //!
 //! Parts that vary at random are added as squares; what blur does is a shift of known size that is left uncorrected, and is added to that as
 //! it is (JCGM 100:2008, "Guide to the expression of uncertainty in measurement", 5.1.2 and F.2.4.5).
@@ -11,7 +11,7 @@ use glam::DVec3;
 use serde::Serialize;
 use std::f64::consts::PI;
 
-/// The uncertainty of a length, mm.
+/// The uncertainty of a length or of a difference of two, mm.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Uncertainty {
     /// Brackets of the two roots.
@@ -114,33 +114,91 @@ impl Edge {
     }
 }
 
-/// The uncertainty of the stretch between two ends of `surface` along `ray`, at the isovalue `iso` with its `tolerance` (values), whose volume
-/// is registered with a residual of `residual_mm` (root mean square over landmarks), where that is known.
-pub fn of_length(surface: &Surface, iso: f64, tolerance: f64, ray: &Ray, ends: [End<'_>; 2], residual_mm: Option<f64>) -> Uncertainty {
+/// What is known of how far one end is off, along the ray.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EndError {
+    /// A boundary of bone, and not a cut of the scan or of the ray.
+    pub is_boundary: bool,
+    root_mm: f64,
+    threshold_mm: f64,
+    /// Standard deviations.
+    noise_mm: f64,
+    sampling_mm: f64,
+    /// How far blur moves it into the bone.
+    blur_mm: f64,
+    /// How far it moves into the bone for each mm that the scan moves. The ray's own origin stays.
+    moved: DVec3,
+}
+
+/// What is known of both ends of a stretch of `surface` along `ray`, at the isovalue `iso` with its `tolerance` (values).
+pub fn of_ends(surface: &Surface, iso: f64, tolerance: f64, ray: &Ray, ends: [End<'_>; 2]) -> [EndError; 2] {
     let length_mm = ends[1].crossing.t_mm - ends[0].crossing.t_mm;
     let boundaries = || ends.iter().filter(|end| end.is_boundary());
     let wall_mm = length_mm * boundaries().map(|end| end.cosine(ray)).fold(1.0, f64::min);
-    let root_error_mm = ends.iter().map(|end| end.crossing.error_mm).sum();
-    let threshold_error_mm = boundaries().map(|end| tolerance / end.slope(surface, iso, ray)).sum();
-    let noise = boundaries().map(|end| end.edge.map_or(0.0, |e| noise_mm(end, e, surface, iso, ray)).powi(2)).sum::<f64>().sqrt();
-    let sampling = boundaries().map(|end| sampling_mm(end, surface, iso, ray).powi(2)).sum::<f64>().sqrt();
-    let blur = boundaries().map(|end| end.shift_mm(wall_mm) / end.cosine(ray)).sum::<f64>().abs();
-    // Moving the scan by v moves an end by v·n/(n·d); the ray's own origin stays.
-    let moved = |end: End<'_>| if end.crossing.at_origin { DVec3::ZERO } else { end.normal() / end.normal().dot(ray.direction) };
-    let [n0, n1] = ends.map(moved);
+    let of_end = |end: &End<'_>, into: f64| {
+        // Moving the scan by v moves an end by v·n/(n·d).
+        let moved = if end.crossing.at_origin { DVec3::ZERO } else { into * end.normal() / end.normal().dot(ray.direction) };
+        let at_cut = EndError { root_mm: end.crossing.error_mm, moved, ..EndError::default() };
+        if !end.is_boundary() {
+            return at_cut;
+        }
+        EndError {
+            is_boundary: true,
+            threshold_mm: tolerance / end.slope(surface, iso, ray),
+            noise_mm: end.edge.map_or(0.0, |edge| noise_mm(end, edge, surface, iso, ray)),
+            sampling_mm: sampling_mm(end, surface, iso, ray),
+            blur_mm: end.shift_mm(wall_mm) / end.cosine(ray),
+            ..at_cut
+        }
+    };
+    [of_end(&ends[0], 1.0), of_end(&ends[1], -1.0)]
+}
+
+/// Ends of one scan whose errors are added, and the residual of its registration (root mean square over landmarks, mm), where that is known.
+#[derive(Clone, Copy, Debug)]
+pub struct Ends<'a> {
+    /// The ends.
+    pub of: &'a [EndError],
+    /// The residual.
+    pub residual_mm: Option<f64>,
+}
+
+/// The uncertainty of what is measured between ends of one scan: a length between two, or the bone in several stretches.
+pub fn of_length(ends: Ends<'_>) -> Uncertainty {
+    of_difference([Ends { of: &[], residual_mm: None }, ends])
+}
+
+/// The uncertainty of how much larger the second scan's length is than the first's, or of how far its end lies behind the first's.
+///
+/// Within a scan the isovalue moves all ends at once, and so does a registration; between scans, that are calibrated and registered each by
+/// itself, both are independent, as noise and the places of samples are of all ends. Blur moves the ends of both scans into the bone, and
+/// what that takes from both is not in the difference.
+pub fn of_difference(scans: [Ends<'_>; 2]) -> Uncertainty {
+    let all = || scans.iter().flat_map(|scan| scan.of);
+    let of_both = |part: &dyn Fn(Ends<'_>) -> f64| part(scans[0]).hypot(part(scans[1]));
+    let root_error_mm = all().map(|end| end.root_mm).sum();
+    let threshold_error_mm = of_both(&|scan| scan.of.iter().map(|end| end.threshold_mm).sum());
+    let noise = all().map(|end| end.noise_mm.powi(2)).sum::<f64>().sqrt();
+    let sampling = all().map(|end| end.sampling_mm.powi(2)).sum::<f64>().sqrt();
+    let [first, second] = scans.map(|scan| scan.of.iter().map(|end| end.blur_mm).sum::<f64>());
+    let blur_error_mm = (second - first).abs();
     // A third of the residual's square lies along any one direction.
-    let registration = residual_mm.map(|r| (n0 - n1).length() * r / 3.0_f64.sqrt());
+    let registered = |scan: Ends<'_>| {
+        let moved: DVec3 = scan.of.iter().map(|end| end.moved).sum();
+        moved.length() * scan.residual_mm.unwrap_or(0.0) / 3.0_f64.sqrt()
+    };
+    let is_registered = scans.iter().any(|scan| scan.residual_mm.is_some());
+    let registration_error_mm = is_registered.then(|| IN_95_OF_100 * of_both(&registered));
     let (noise_error_mm, sampling_error_mm) = (IN_95_OF_100 * noise, IN_95_OF_100 * sampling);
-    let registration_error_mm = registration.map(|mm| IN_95_OF_100 * mm);
     let parts = [root_error_mm, threshold_error_mm, noise_error_mm, sampling_error_mm, registration_error_mm.unwrap_or(0.0)];
     Uncertainty {
         root_error_mm,
         threshold_error_mm,
         noise_error_mm,
         sampling_error_mm,
-        blur_error_mm: blur,
+        blur_error_mm,
         registration_error_mm,
-        error_mm: parts.iter().map(|part| part * part).sum::<f64>().sqrt() + blur,
+        error_mm: parts.iter().map(|part| part * part).sum::<f64>().sqrt() + blur_error_mm,
     }
 }
 

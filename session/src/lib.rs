@@ -6,6 +6,8 @@
 
 pub mod chart;
 mod compare;
+mod date;
+mod kind;
 mod machine;
 mod measurement;
 mod opened;
@@ -18,9 +20,11 @@ mod source;
 pub mod thickness;
 pub mod thickness_picture;
 
+pub use bregma_measure::landmarks::{CRANIOMETRIC, Landmark, Template};
 pub use compare::{Compare, Part};
+pub use kind::Kind;
 pub use machine::Machine;
 pub use measurement::{MeasuredScan, Measurement, Origin, RecordedRay};
 pub use opened::{DEMO_SIZE, InputError, Opened, same_scans, scans, without_spacing};
-pub use session_file::{Landmark, Session, SessionError};
+pub use session_file::{Session, SessionError};
 pub use source::{Raw, Source};

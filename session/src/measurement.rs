@@ -30,6 +30,8 @@ pub struct RecordedRay {
     #[serde(default, skip_serializing_if = "Option::is_none", with = "hex")]
     pub color: Option<Color>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    as_cut: Option<bool>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     made_by: Option<MadeBy>,
     ray: Line,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -72,9 +74,12 @@ enum MadeBy {
 pub struct Origin {
     /// Program and version.
     pub program: String,
+    /// When, RFC 3339, UTC; earlier versions did not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub date: Option<String>,
     /// One for each scan, in order.
     pub scans: Vec<MeasuredScan>,
-    /// What was cut away.
+    /// What was cut away, where only what that leaves was measured.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub clips: Vec<Clip>,
 }
@@ -93,10 +98,13 @@ pub struct MeasuredScan {
 
 impl Measurement {
     /// What a difference ray found, with its name and colour if it has them, and what it was made by.
-    pub fn of_ray(found: &DifferenceRay, named: Option<(&str, Color)>, made_by: Option<&Origin>) -> Self {
+    pub fn of_ray(found: &DifferenceRay, named: Option<(&str, Option<Color>)>, made_by: Option<&Origin>) -> Self {
         let found: RecordedRay = serde_json::from_value(json!(found)).expect("a difference ray has all that a recorded one has");
-        let (name, color) = named.map_or((None, None), |(name, color)| (Some(name.to_owned()), Some(color)));
-        Self::Ray(Box::new(RecordedRay { name, color, made_by: made_by.cloned().map(MadeBy::Known), ..found }))
+        let (name, color) = named.map_or((None, None), |(name, color)| (Some(name.to_owned()), color));
+        // Cuts have no part in what was measured of the whole bone.
+        let clips = |origin: &Origin| if found.as_cut == Some(true) { origin.clips.clone() } else { vec![] };
+        let made_by = made_by.map(|origin| MadeBy::Known(Origin { clips: clips(origin), ..origin.clone() }));
+        Self::Ray(Box::new(RecordedRay { name, color, made_by, ..found }))
     }
 }
 
@@ -107,6 +115,12 @@ impl RecordedRay {
             MadeBy::Known(origin) => Some(origin),
             MadeBy::Other(_) => None,
         }
+    }
+
+    /// Only what cuts left was measured. Earlier versions did not say so: they measured what their cuts left.
+    pub fn is_as_cut(&self) -> bool {
+        let was_cut = || self.made_by().is_some_and(|origin| origin.clips.iter().any(|clip| clip.enabled));
+        self.as_cut.unwrap_or_else(was_cut)
     }
 
     /// Where it lies; `None` where its numbers are none of a ray.

@@ -1,16 +1,19 @@
-//! From what the person names to what is drawn: files with their registration, a session, or the built-in pair.
+//! From what the person names to what is drawn: files with their registrations and landmarks, a session, or the built-in pair.
 
 use crate::compare::Compare;
+use crate::kind::Kind;
 use crate::measurement::Measurement;
-use crate::session_file::{Landmark, Session, SessionError};
+use crate::session_file::{Session, SessionError};
 use crate::source::Source;
 use bregma_field::formats::{OpenError, Scan};
-use bregma_field::{BRICK, Cancelled, IndexPoint, Progress, Surface, TransformError, Volume, read_transform};
+use bregma_field::{BRICK, Cancelled, IndexPoint, Progress, Registration, Surface, TransformError, Volume, read_transform};
+use bregma_measure::landmarks::{Landmark, LandmarkError};
+use bregma_measure::numbers::significant;
 use bregma_renderer::{Layer, MOST_VOLUMES, Mode, Scene};
 use bregma_synthetic::Which;
 use glam::DVec3;
 use std::collections::HashSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use thiserror::Error;
 
@@ -58,6 +61,15 @@ pub enum InputError {
     /// More scans than a picture can number.
     #[error("{0} scans are named; at most {MOST_VOLUMES} can be opened together")]
     TooMany(usize),
+    /// Landmarks.
+    #[error(transparent)]
+    Landmarks(#[from] LandmarkError),
+    /// A registration that may be of several scans.
+    #[error("{}: does not say which of the scans it moves; pass it as --transform behind that scan", .0.display())]
+    Unplaced(PathBuf),
+    /// Nothing to look at.
+    #[error("{}: belongs to a scan; name the scan, too", .0.display())]
+    NoScan(PathBuf),
     /// Stopped by request.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
@@ -80,37 +92,118 @@ impl Opened {
         Ok(Self::new(vec![], vec![a?, b?]))
     }
 
-    /// Reads scans, each with its registration, and sessions with theirs. The view is that of a session that is alone.
+    /// Reads scans, each with its registration, and sessions with theirs, as well as landmarks and registrations in files of their own. The
+    /// view is that of a session that is alone. Fails by the first file that cannot be used.
     pub fn read(sources: &[Source], progress: &Progress) -> Result<Self, InputError> {
-        let (expanded, mut sessions) = expand(sources, progress)?;
-        let (sources, layers): (Vec<Source>, Vec<Option<Layer>>) = expanded.into_iter().unzip();
-        let volumes: Result<Vec<_>, InputError> =
-            sources.iter().map(|source| Ok(Arc::new(source.scan(progress)?.load(progress)?))).collect();
-        let volumes = volumes?;
-        let mut opened = Self::new(sources, volumes);
-        for (n, layer) in layers.into_iter().enumerate() {
-            if let Some(layer) = layer {
-                opened.scene.layers[n] = layer;
-            } else if let Some(file) = &opened.sources[n].transform {
-                let names = opened.volumes.iter().enumerate().filter(|(m, _)| *m != n).map(|(_, v)| v.name());
-                let registration = read_transform(file, opened.volumes[n].name(), &names.collect::<Vec<_>>())?;
-                (opened.scene.layers[n].transform, opened.scene.layers[n].residual_mm) = (registration.transform, registration.residual_mm);
+        let opened = Self::gather(sources, progress, &mut Err)?;
+        match sources.first() {
+            Some(first) if opened.volumes.is_empty() => Err(InputError::NoScan(first.file.clone())),
+            _ => Ok(opened),
+        }
+    }
+
+    /// The same of what can be used, and why the rest cannot. Landmarks may come without a scan. Fails if nothing can be used, or by request.
+    pub fn read_what_opens(sources: &[Source], progress: &Progress) -> Result<(Self, Vec<InputError>), InputError> {
+        let mut errors = vec![];
+        let mut put_by = |error| match error {
+            InputError::TooMany(_) => Err(error),
+            // By request.
+            error if progress.advance(0).is_err() => Err(error),
+            error => {
+                errors.push(error);
+                Ok(())
+            }
+        };
+        let opened = Self::gather(sources, progress, &mut put_by)?;
+        let is_empty = opened.volumes.is_empty() && opened.landmarks.is_empty();
+        if is_empty && !errors.is_empty() { Err(errors.remove(0)) } else { Ok((opened, errors)) }
+    }
+
+    fn gather(sources: &[Source], progress: &Progress, on_error: OnError<'_>) -> Result<Self, InputError> {
+        let (expanded, mut sessions) = expand(sources, progress, on_error)?;
+        let mut read = vec![];
+        for (source, layer) in expanded {
+            match source.scan(progress).and_then(|scan| scan.load(progress)).map_err(InputError::from) {
+                Ok(volume) => read.push((source, Arc::new(volume), layer)),
+                Err(error) => {
+                    on_error(error)?;
+                    // A session without one of its scans is no session: what opens of it are scans.
+                    sessions.clear();
+                }
             }
         }
+        let (sources_read, volumes) = read.iter().map(|(source, volume, _)| (source.clone(), Arc::clone(volume))).unzip();
+        let mut opened = Self::new(sources_read, volumes);
+        for (n, (_, _, layer)) in read.into_iter().enumerate() {
+            if let Some(layer) = layer {
+                opened.scene.layers[n] = layer;
+            } else if let Some(file) = opened.sources[n].transform.clone() {
+                opened.registered(n, &file).or_else(|error| on_error(error))?;
+            }
+        }
+        opened.take_sessions(sessions);
+        for source in sources {
+            let taken = match Kind::of(source) {
+                Kind::Landmarks => opened.take_landmarks(&source.file),
+                Kind::Registration => opened.register(&source.file).map(|_| ()),
+                Kind::Scan | Kind::Session => Ok(()),
+            };
+            taken.or_else(|error| on_error(error))?;
+        }
+        Ok(opened)
+    }
+
+    /// Takes from sessions all but their scans: everything of one that is alone, else cuts and landmarks.
+    fn take_sessions(&mut self, mut sessions: Vec<Placed>) {
         match sessions.pop() {
-            Some((_, only)) if only.volumes.len() == opened.volumes.len() => {
-                (opened.scene, opened.from_session) = (only.scene, true);
-                (opened.measurements, opened.landmarks, opened.compare) = (only.measurements, only.landmarks, only.compare);
+            Some((_, only)) if only.volumes.len() == self.volumes.len() => {
+                (self.scene, self.from_session) = (only.scene, true);
+                (self.measurements, self.landmarks, self.compare) = (only.measurements, only.landmarks, only.compare);
             }
             last => {
                 // Each cuts its own scans as before.
                 for (first, session) in sessions.iter().chain(&last) {
-                    opened.scene.clips.extend(session.scene.clips.iter().map(|clip| clip.moved(*first, session.volumes.len())));
+                    self.scene.clips.extend(session.scene.clips.iter().map(|clip| clip.moved(*first, session.volumes.len())));
+                    self.landmarks.extend(session.landmarks.iter().cloned());
                 }
-                opened.look_from_the_front();
+                self.look_from_the_front();
             }
         }
-        Ok(opened)
+    }
+
+    /// Adds the landmarks of a file. One that belongs to a scan that is not open belongs to none.
+    pub fn take_landmarks(&mut self, file: &Path) -> Result<(), InputError> {
+        let is_open = |scan: &String| self.volumes.iter().any(|v| v.name() == scan);
+        let mut landmarks = bregma_measure::landmarks::read(file)?;
+        landmarks.iter_mut().for_each(|l| l.scan = l.scan.take().filter(is_open));
+        self.landmarks.extend(landmarks);
+        Ok(())
+    }
+
+    /// Moves a scan as a file of a registration says, and returns its number: the one that the file names, else the second of two.
+    pub fn register(&mut self, file: &Path) -> Result<usize, InputError> {
+        let count = self.volumes.len();
+        let read = |n: usize| self.registration(n, file);
+        let moved = match (0..count).filter(|n| read(*n).is_ok()).collect::<Vec<_>>()[..] {
+            [] if count == 0 => return Err(InputError::NoScan(file.to_owned())),
+            // What is wrong with it is wrong for all.
+            [] => return read(count - 1).and(Err(InputError::Unplaced(file.to_owned()))),
+            [only] if count > 1 || read(only).is_ok() => only,
+            [_, second] if count == 2 => second,
+            _ => return Err(InputError::Unplaced(file.to_owned())),
+        };
+        self.registered(moved, file).map(|()| moved)
+    }
+
+    fn registration(&self, n: usize, file: &Path) -> Result<Registration, InputError> {
+        let others = self.volumes.iter().enumerate().filter(|(m, _)| *m != n).map(|(_, v)| v.name());
+        Ok(read_transform(file, self.volumes[n].name(), &others.collect::<Vec<_>>())?)
+    }
+
+    fn registered(&mut self, n: usize, file: &Path) -> Result<(), InputError> {
+        let Registration { transform, residual_mm } = self.registration(n, file)?;
+        (self.scene.layers[n].transform, self.scene.layers[n].residual_mm) = (transform, residual_mm);
+        Ok(())
     }
 
     /// Adds what another reading brought, as layers of this scene; the view stays.
@@ -124,6 +217,7 @@ impl Opened {
         }
         self.sources.extend(other.sources);
         self.volumes.extend(other.volumes);
+        self.landmarks.extend(other.landmarks);
     }
 
     /// The sphere around all visible volumes where the scene puts them.
@@ -157,13 +251,21 @@ impl Opened {
         self.scene.camera = bregma_renderer::Camera::orbit(&self.bounds(), 0.0, 0.0);
     }
 
+    /// In one sentence, what is unlike about the thresholds or units that the visible scans are measured at; `None` where nothing is. Rays have
+    /// it among their notes.
+    pub fn unlike_thresholds(&self) -> Option<String> {
+        let visible = self.volumes.iter().zip(&self.scene.layers).filter(|(_, layer)| layer.visible);
+        bregma_measure::unlike_thresholds(&visible.map(|(volume, layer)| (volume.name(), layer.iso, volume.unit())).collect::<Vec<_>>())
+    }
+
     /// What people should know about the scans and their isovalues before they trust a picture or a number.
     pub fn warnings(&self) -> Vec<String> {
         let of_files = self.volumes.iter().flat_map(|v| v.warnings().iter().map(move |w| format!("{}: {w}", v.name())));
         let outside = self.volumes.iter().zip(&self.scene.layers).filter(|(_, layer)| layer.visible).filter_map(|(v, layer)| {
             let [low, high] = v.range();
             let what = if layer.iso < low { "all of its box is bone" } else { "nothing of it is" };
-            let text = format!("{}: the isovalue {} lies outside its range, {low} to {high}: {what}", v.name(), layer.iso);
+            let [iso, first, last] = [layer.iso, low, high].map(|value| significant(value, 6));
+            let text = format!("{}: the isovalue {iso} lies outside its range, {first} to {last}: {what}", v.name());
             (!(low..=high).contains(&layer.iso)).then_some(text)
         });
         of_files.chain(outside).collect()
@@ -194,13 +296,23 @@ type Expanded = (Source, Option<Layer>);
 /// The number of a session's first scan, and the session.
 type Placed = (usize, Session);
 
+/// What is done with an error: it ends the reading, or is put by.
+type OnError<'a> = &'a mut dyn FnMut(InputError) -> Result<(), InputError>;
+
 /// The scans that are named, those of sessions among them, and the sessions. Files of one series name one scan.
-fn expand(sources: &[Source], progress: &Progress) -> Result<(Vec<Expanded>, Vec<Placed>), InputError> {
+fn expand(sources: &[Source], progress: &Progress, on_error: OnError<'_>) -> Result<(Vec<Expanded>, Vec<Placed>), InputError> {
     let (mut expanded, mut sessions) = (vec![], vec![]);
     let mut named = HashSet::new();
     let place = |file: &Path| std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
-    for source in sources {
-        match Session::read(source)? {
+    for source in sources.iter().filter(|source| matches!(Kind::of(source), Kind::Scan | Kind::Session)) {
+        let session = match Session::read(source) {
+            Ok(session) => session,
+            Err(error) => {
+                on_error(error.into())?;
+                continue;
+            }
+        };
+        match session {
             None if named.contains(&place(&source.file)) => {}
             None => {
                 // One file needs no looking into; what cannot be read is told when its turn comes.
@@ -231,8 +343,10 @@ pub fn same_scans(a: &[Arc<Volume>], b: &[Arc<Volume>]) -> bool {
 
 /// The first scan whose file does not say how far its samples are apart, when the person does not say either.
 pub fn without_spacing(sources: &[Source], progress: &Progress) -> Result<Option<usize>, InputError> {
-    for (source, layer) in expand(sources, progress)?.0 {
-        if layer.is_none() && source.spacing_mm.is_none() && !source.scan(progress)?.spacing_is_stated() {
+    // What cannot be read is told when it is read.
+    for (source, layer) in expand(sources, progress, &mut |_| Ok(()))?.0 {
+        let asks = || source.scan(progress).is_ok_and(|scan| !scan.spacing_is_stated());
+        if layer.is_none() && source.spacing_mm.is_none() && asks() {
             return Ok(sources.iter().position(|s| *s == source));
         }
     }
@@ -241,7 +355,7 @@ pub fn without_spacing(sources: &[Source], progress: &Progress) -> Result<Option
 
 /// The headers of the scans that are named, those of sessions among them.
 pub fn scans(sources: &[Source], progress: &Progress) -> Result<Vec<Scan>, InputError> {
-    expand(sources, progress)?.0.iter().map(|(source, _)| Ok(source.scan(progress)?)).collect()
+    expand(sources, progress, &mut Err)?.0.iter().map(|(source, _)| Ok(source.scan(progress)?)).collect()
 }
 
 impl Session {

@@ -1,5 +1,5 @@
-//! Ready-made looks: transfer functions with isosurfaces, each a small file. Those of the program are built in; users' own lie beside its
-//! settings and go before them.
+//! Ready-made looks: transfer functions with further isosurfaces, each a small file. Those of the program are built in; users' own lie beside its
+//! settings and go before them. A look is how a scan is seen, and never what is measured of it.
 
 use bregma_field::Volume;
 use bregma_renderer::{Color, Layer, Shell, TransferFunction, Values};
@@ -25,7 +25,7 @@ pub struct Preset {
     /// Colour and opacity for direct volume rendering.
     #[serde(flatten)]
     pub transfer: TransferFunction,
-    /// Isosurfaces, from the outside in; the last one is the layer's own.
+    /// Isosurfaces, from the outside in; the last one stands for the layer's own, whose isovalue, colour and opacity are left to the person.
     #[serde(default)]
     pub surfaces: Vec<PresetSurface>,
 }
@@ -125,7 +125,8 @@ fn parse(text: &str, name: &str) -> Result<Preset, String> {
 }
 
 impl Preset {
-    /// Gives a layer this look.
+    /// Gives a layer this look: its transfer function, and its further isosurfaces where it has any. What is measured stays as it is, and so do
+    /// the colour and the opacity that tell scans apart: the last of the preset's surfaces stands for the layer's own.
     pub fn apply(&self, layer: &mut Layer, volume: &Volume) {
         let (low, own_iso) = (volume.range()[0], layer.iso);
         let value = |v: f64| match self.transfer.values {
@@ -134,13 +135,8 @@ impl Preset {
         };
         layer.transfer = Some(self.transfer.clone());
         let shell = |s: &PresetSurface| Color::from_hex(&s.color).map(|color| Shell { iso: value(s.value), color, opacity: s.opacity });
-        let mut shells: Vec<Shell> = self.surfaces.iter().filter_map(shell).collect();
-        if let Some(own) = shells.pop() {
-            (layer.color, layer.opacity, layer.shells) = (own.color, own.opacity, shells);
-            // What counts from the isovalue leaves it where it is.
-            if self.transfer.values == Values::Scan {
-                layer.iso = own.iso;
-            }
+        if let [further @ .., _] = &self.surfaces[..] {
+            layer.shells = further.iter().filter_map(shell).collect();
         }
     }
 }
@@ -159,6 +155,27 @@ mod tests {
             assert_eq!(find(&preset.transfer.name).unwrap(), preset);
         }
         assert!(find("nonsense").unwrap_err().to_string().contains("skin and bone"));
+    }
+
+    #[test]
+    fn a_look_moves_no_isovalue_and_no_identity() {
+        // Fails if a look changes what is measured, or the colour or opacity by which a scan is known in a comparison.
+        let opened = crate::Opened::demo(8, &Default::default()).unwrap();
+        let mut tables = vec![parse("-200 0 0 0 0\n300 255 128 0 0.5\n", "table").unwrap()];
+        tables.extend(BUILT_IN.iter().map(|text| parse(text, "").unwrap()));
+        for preset in tables {
+            let before = Layer { iso: 226.0, opacity: 0.4, ..opened.scene.layers[1].clone() };
+            let mut after = before.clone();
+            preset.apply(&mut after, &opened.volumes[1]);
+            assert_eq!(after.transfer.as_ref(), Some(&preset.transfer));
+            assert_eq!(after.shells.len(), preset.surfaces.len().saturating_sub(1), "{}", preset.transfer.name);
+            assert_eq!(
+                Layer { transfer: before.transfer.clone(), shells: before.shells.clone(), ..after },
+                before,
+                "{}",
+                preset.transfer.name
+            );
+        }
     }
 
     #[test]

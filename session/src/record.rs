@@ -1,10 +1,12 @@
 //! Measurements made again from what their records say.
 
+use crate::date::now;
 use crate::measurement::{MeasuredScan, Measurement, Origin};
 use crate::opened::{InputError, Opened};
 use crate::source::Source;
 use bregma_field::{GridError, Progress};
-use bregma_measure::{DifferenceRay, probe_cut};
+use bregma_measure::csv::Made;
+use bregma_measure::{DifferenceRay, probe, probe_cut};
 use bregma_renderer::Ray;
 use serde::Deserialize;
 use std::io;
@@ -26,8 +28,14 @@ impl Origin {
             content: volume.content(),
             layer: layer.clone(),
         });
-        Some(Self { program: PROGRAM.into(), scans: scans.collect(), clips: opened.scene.clips.clone() })
+        Some(Self { program: PROGRAM.into(), date: Some(now()), scans: scans.collect(), clips: opened.scene.clips.clone() })
     }
+}
+
+/// What stands in every row of a table of what is measured now.
+pub fn made(opened: &Opened) -> Made {
+    let file = |source: &Source| std::path::absolute(&source.file).unwrap_or_else(|_| source.file.clone()).display().to_string();
+    Made { program: PROGRAM.into(), date: now(), files: opened.sources.iter().map(file).collect() }
 }
 
 /// Why a file gives no measurements.
@@ -163,7 +171,7 @@ impl Verifier {
         if origin.program != PROGRAM {
             notes.push(format!("{name} was made by {}", origin.program));
         }
-        let now = measure(opened, &ray).map_err(|reason| VerifyError::Grid { name: name.clone(), reason })?;
+        let now = measure(opened, &ray, recorded.is_as_cut()).map_err(|reason| VerifyError::Grid { name: name.clone(), reason })?;
         Ok((judge(&name, &recorded.lengths_mm(), &now), notes))
     }
 
@@ -223,7 +231,8 @@ fn found(file: &Path, folder: &Path) -> PathBuf {
     [relative, beside].into_iter().find(|f| f.exists()).unwrap_or_else(|| file.to_owned())
 }
 
-/// Casts a ray through what is open.
-pub fn measure(opened: &Opened, ray: &Ray) -> Result<DifferenceRay, GridError> {
-    probe_cut(&opened.volumes, &opened.scene.layers, &opened.scene.clips, ray)
+/// Casts a ray through the whole bone of what is open, or through what the cuts leave.
+pub fn measure(opened: &Opened, ray: &Ray, as_cut: bool) -> Result<DifferenceRay, GridError> {
+    let (volumes, scene) = (&opened.volumes, &opened.scene);
+    if as_cut { probe_cut(volumes, &scene.layers, &scene.clips, ray) } else { probe(volumes, &scene.layers, ray) }
 }

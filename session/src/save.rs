@@ -2,10 +2,11 @@
 
 use crate::measurement::Measurement;
 use crate::output::{OutputError, write_figure, write_png, write_whole};
-use crate::session_file::Landmark;
 use crate::thickness::Coat;
 use crate::thickness_picture;
-use bregma_measure::{DifferenceRay, export, landmarks};
+use bregma_measure::csv::{self, Made};
+use bregma_measure::export::{self, Named};
+use bregma_measure::landmarks::{self, Landmark};
 use bregma_renderer::Picture;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -39,8 +40,8 @@ fn lower_name(file: &Path) -> String {
     file.file_name().unwrap_or_default().to_string_lossy().to_lowercase()
 }
 
-/// Saves difference rays; `records` are the same with what they were made from.
-pub fn rays(file: &Path, rays: &[DifferenceRay], records: impl FnOnce() -> Vec<Measurement>) -> Result<(), SaveError> {
+/// Saves difference rays by their names; `made` is what they were made by, and `records` are the same with what they were made from.
+pub fn rays(file: &Path, rays: &[Named<'_>], made: &Made, records: impl FnOnce() -> Vec<Measurement>) -> Result<(), SaveError> {
     let name = lower_name(file);
     let text = if name.ends_with(".mrk.json") {
         format!("{:#}\n", export::markups(rays))
@@ -48,29 +49,28 @@ pub fn rays(file: &Path, rays: &[DifferenceRay], records: impl FnOnce() -> Vec<M
         // One record a line, as `bregma probe --rays` writes, so that `bregma verify` reads it.
         records().iter().map(|record| format!("{record}\n")).collect()
     } else if name.ends_with(".csv") {
-        export::csv(rays)
+        csv::rays(rays, made)
     } else if name.ends_with(".txt") {
-        rays.iter().map(|ray| export::table(ray) + "\n").collect()
+        rays.iter().map(|ray| format!("{}: {}\n", ray.name, export::table(ray.found))).collect()
     } else {
         return Err(SaveError::Form { file: file.to_owned(), forms: ".csv, .json, .mrk.json or .txt" });
     };
     Ok(write_whole(file, text.as_bytes())?)
 }
 
-/// Saves landmarks of a specimen.
-pub fn landmarks(file: &Path, points: &[Landmark], specimen: &str) -> Result<(), SaveError> {
+/// Saves landmarks of a specimen, with what they were set by.
+pub fn landmarks(file: &Path, points: &[Landmark], specimen: &str, made: &Made) -> Result<(), SaveError> {
     let name = lower_name(file);
-    let points: Vec<landmarks::Named<'_>> = points.iter().map(|l| (l.name.as_str(), l.point_mm)).collect();
     let text = if name.ends_with(".mrk.json") {
-        format!("{:#}\n", landmarks::markups(&points))
+        format!("{:#}\n", landmarks::markups(points))
     } else if name.ends_with(".fcsv") {
-        landmarks::fcsv(&points)
+        landmarks::fcsv(points)
     } else if name.ends_with(".tps") {
-        landmarks::tps(&points, specimen)
+        landmarks::tps(points, specimen)
     } else if name.ends_with(".txt") {
-        landmarks::morphologika(&points, specimen)
+        landmarks::morphologika(points, specimen)
     } else if name.ends_with(".csv") {
-        landmarks::csv(&points)
+        landmarks::csv(points, made)
     } else {
         return Err(SaveError::Form { file: file.to_owned(), forms: ".csv, .mrk.json, .fcsv, .tps or .txt (morphologika)" });
     };
@@ -120,19 +120,21 @@ mod tests {
     #[test]
     fn the_name_decides_the_form() {
         let folder = folder("save");
-        let found = measure(&Opened::new(vec![], vec![]), &Ray { origin: WorldPoint(DVec3::ZERO), direction: DVec3::Z }).unwrap();
-        let records = || vec![Measurement::of_ray(&found, Some(("Ray 1", Color([1.0; 3]))), None)];
+        let found = measure(&Opened::new(vec![], vec![]), &Ray { origin: WorldPoint(DVec3::ZERO), direction: DVec3::Z }, false).unwrap();
+        let records = || vec![Measurement::of_ray(&found, Some(("Ray 1", Some(Color([1.0; 3])))), None)];
         let text = |name: &str| fs::read_to_string(folder.join(name)).unwrap();
-        let rays = |name: &str| rays(&folder.join(name), std::slice::from_ref(&found), records).map(|()| text(name));
+        let rays = |name: &str| {
+            rays(&folder.join(name), &[Named { name: "Ray 1", found: &found }], &Made::default(), records).map(|()| text(name))
+        };
         assert!(rays("a.mrk.json").unwrap().contains("\"markups\""));
         assert!(rays("a.json").unwrap().contains("\"name\":\"Ray 1\""));
-        assert!(rays("a.CSV").unwrap().starts_with(export::CSV_HEADER));
-        assert!(rays("a.txt").unwrap().starts_with("ray from"));
+        assert!(rays("a.CSV").unwrap().starts_with("kind,ray,name,"));
+        assert!(rays("a.txt").unwrap().starts_with("Ray 1: ray from"));
         assert!(rays("a.doc").unwrap_err().to_string().contains("a.doc: end the name in .csv"));
-        let point = [Landmark { name: "L1".into(), point_mm: DVec3::new(1.0, 2.0, 3.0) }];
-        let points = |name: &str| landmarks(&folder.join(name), &point, "skull").map(|()| text(name));
+        let point = [Landmark::at("L1", DVec3::new(1.0, 2.0, 3.0))];
+        let points = |name: &str| landmarks(&folder.join(name), &point, "skull", &Made::default()).map(|()| text(name));
         for (name, begins) in
-            [("b.mrk.json", "{"), ("b.fcsv", "# Markups"), ("b.tps", "LM3=1"), ("b.txt", "[individuals]"), ("b.csv", "name,")]
+            [("b.mrk.json", "{"), ("b.fcsv", "# Markups"), ("b.tps", "LM3=1"), ("b.txt", "[individuals]"), ("b.csv", "kind,name,")]
         {
             assert!(points(name).unwrap().starts_with(begins), "{name}");
         }

@@ -4,8 +4,8 @@ use crate::compare::Compare;
 use crate::measurement::Measurement;
 use crate::output::{OutputError, write_whole};
 use crate::source::Source;
+use bregma_measure::landmarks::Landmark;
 use bregma_renderer::{Clip, Scene};
-use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 use thiserror::Error;
@@ -41,15 +41,6 @@ pub struct Session {
     /// How the scans are compared.
     #[serde(default, skip_serializing_if = "Compare::is_off")]
     pub compare: Compare,
-}
-
-/// A point on a surface.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Landmark {
-    /// What the person calls it.
-    pub name: String,
-    /// LPS mm; on the interpolant's surface to float64 precision.
-    pub point_mm: DVec3,
 }
 
 /// Why a session was not opened.

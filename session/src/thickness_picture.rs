@@ -2,6 +2,7 @@
 
 use crate::chart::fonts::{FONT, fonts};
 use bregma_measure::mesh::Mesh;
+use bregma_measure::numbers::fixed;
 use bregma_measure::thickness::{Statistics, cell_at};
 use bregma_renderer::{Light, Picture, Reconstruction, Scene, Surface, named};
 use fast_srgb8::{f32_to_srgb8, srgb8_to_f32};
@@ -114,12 +115,12 @@ pub fn figure(picture: &Picture, title: &str, scale: &Scale, statistics: &Statis
         for n in 0..=4 {
             let mm = high - (high - low) * f64::from(n) / 4.0;
             let y = top + bar * n / 4;
-            area.draw(&Text::new(format!("{mm:.2}"), (x + 30, y - 8), text(14)))?;
+            area.draw(&Text::new(fixed(mm, 2), (x + 30, y - 8), text(14)))?;
         }
         let lines = [
-            format!("mean {:.2} ± {:.2} mm", statistics.mean_mm, statistics.deviation_mm),
-            format!("median {:.2} mm", statistics.quantiles_mm[4]),
-            format!("5 to 95 %: {:.2} to {:.2} mm", statistics.quantiles_mm[2], statistics.quantiles_mm[6]),
+            format!("mean {} ± {} mm", fixed(statistics.mean_mm, 2), fixed(statistics.deviation_mm, 2)),
+            format!("median {} mm", fixed(statistics.quantiles_mm[4], 2)),
+            format!("5 to 95 %: {} to {} mm", fixed(statistics.quantiles_mm[2], 2), fixed(statistics.quantiles_mm[6], 2)),
         ];
         for (n, line) in lines.into_iter().enumerate() {
             area.draw(&Text::new(line, (x, top + bar + 20 + 20 * n as i32), text(15)))?;

@@ -368,9 +368,9 @@ fn probes_come_in_every_form() {
         assert!(json["volumes"][0]["crossings"][0].get(key).is_some(), "{key}");
     }
     assert_eq!(json["ledger"][1]["inside"][0], "ball.nrrd");
-    let csv = stdout(&ok(&d, &format!("{cast} csv")));
-    assert_eq!(csv.lines().count(), 2);
-    assert_eq!(csv.lines().next().unwrap().split(',').count(), csv.lines().nth(1).unwrap().split(',').count());
+    let csv = rows(&stdout(&ok(&d, &format!("{cast} csv"))));
+    assert_eq!(column(&csv, "kind"), ["stretch", "ledger", "ledger", "ledger"]);
+    assert!(column(&csv, "file")[0].ends_with("ball.nrrd") && column(&csv, "name")[0] == "ray 1" && column(&csv, "as_cut")[0] == "false");
     assert!(stdout(&ok(&d, &format!("{cast} table"))).contains("length mm"));
     let markups: Value = serde_json::from_str(&stdout(&ok(&d, &format!("{cast} markups")))).unwrap();
     let line = &markups["markups"][0];
@@ -387,7 +387,133 @@ fn probes_come_in_every_form() {
             .collect::<Vec<_>>(),
         [1, 1]
     );
-    assert_eq!(stdout(&ok(&d, "probe ball.nrrd --iso 0 --rays rays.csv --format csv")).lines().count(), 3);
+    let csv = rows(&stdout(&ok(&d, "probe ball.nrrd --iso 0 --rays rays.csv --format csv")));
+    assert_eq!(column(&csv, "kind").iter().filter(|kind| *kind == "stretch").count(), 2);
+}
+
+/// The fields of a CSV table, read strictly (RFC 4180): as many in every row, quotes only around whole fields, no spaces at ends of fields.
+fn rows(text: &str) -> Vec<Vec<String>> {
+    assert!(!text.starts_with('\u{feff}') && text.ends_with('\n') && !text.contains(['\r', '\t']));
+    let row = |line: &str| {
+        let (mut fields, mut rest) = (vec![], Some(line));
+        while let Some(now) = rest {
+            let (field, next) = match now.strip_prefix('"') {
+                None => now.split_once(',').map_or((now.to_owned(), None), |(field, rest)| (field.to_owned(), Some(rest))),
+                Some(quoted) => {
+                    let (mut field, mut chars) = (String::new(), quoted.char_indices().peekable());
+                    let end = loop {
+                        let (n, c) = chars.next().expect("a quote is closed");
+                        match c {
+                            '"' if chars.peek().is_some_and(|(_, c)| *c == '"') => field.extend(chars.next().map(|(_, c)| c)),
+                            '"' => break n + 1,
+                            c => field.push(c),
+                        }
+                    };
+                    let after = &quoted[end..];
+                    assert!(after.is_empty() || after.starts_with(','), "{line}");
+                    (field, after.strip_prefix(','))
+                }
+            };
+            assert!(field.trim() == field, "{line}");
+            fields.push(field);
+            rest = next;
+        }
+        fields
+    };
+    let rows: Vec<Vec<String>> = text.lines().map(row).collect();
+    assert!(rows.iter().all(|r| r.len() == rows[0].len()));
+    rows
+}
+
+/// One column of such a table, without its head.
+fn column(rows: &[Vec<String>], name: &str) -> Vec<String> {
+    let n = rows[0].iter().position(|head| head == name).unwrap_or_else(|| panic!("no column {name}"));
+    rows[1..].iter().map(|row| row[n].clone()).collect()
+}
+
+#[test]
+fn the_difference_stands_first_in_every_form() {
+    // Fails if B − A, its ±, what that lacks, or unlike thresholds are not told wherever lengths are; or a name breaks a table.
+    let d = folder("difference");
+    nrrd(&d.join("a,\"1\".nrrd"), CUBE, &ball());
+    nrrd(&d.join("b.nrrd"), CUBE, &ball());
+    let cast = "probe a,\"1\".nrrd b.nrrd --iso 0,250 --origin 7.5,7.5,-20 --direction 0,0,1 --format";
+    let table = stdout(&ok(&d, &format!("{cast} table")));
+    let place = |part: &str| table.find(part).unwrap_or_else(|| panic!("{part} is missing in {table}"));
+    assert!(place("note: a,\"1\".nrrd is measured at 0 HU and b.nrrd at 250") < place("bone 1 − bone 1: -2.0"), "{table}");
+    assert!(place("without the registration's error, which is not known") < place("isovalue 0 ± 50 HU"), "{table}");
+    let json: Value = serde_json::from_str(&stdout(&ok(&d, &format!("{cast} json")))).unwrap();
+    let pair = &json["pairs"][0];
+    let difference = &pair["differences"][0];
+    let length = |n: usize| json["volumes"][n]["segments"][0]["length_mm"].as_f64().unwrap();
+    assert_eq!(difference["difference_mm"].as_f64(), Some(length(1) - length(0)));
+    assert!(difference["error_mm"].as_f64().unwrap() > 0.0 && difference["from_shift"]["shift_mm"].as_f64().unwrap() > 0.5, "{json}");
+    assert!(
+        pair["without"].as_str().unwrap().contains("registration") && json["notes"][0].as_str().unwrap().contains("different surfaces")
+    );
+    let csv = rows(&stdout(&ok(&d, &format!("{cast} csv"))));
+    assert_eq!(column(&csv, "kind")[..3], ["difference", "stretch", "stretch"]);
+    let found: f64 = column(&csv, "difference_mm")[0].parse().unwrap();
+    assert!((found - (length(1) - length(0))).abs() < 1e-6, "{found}");
+    assert_eq!((column(&csv, "against")[0].as_str(), column(&csv, "volume")[1].as_str()), ("a,\"1\".nrrd", "a,\"1\".nrrd"));
+    assert!(column(&csv, "program")[0].starts_with("bregma ") && column(&csv, "date")[0].ends_with('Z'));
+    // Some row fills each column but that of names inside gaps.
+    for head in &csv[0] {
+        assert!(column(&csv, head).iter().any(|cell| !cell.is_empty()) || head == "registration_error_mm", "{head} is never filled");
+    }
+    assert!(column(&csv, "root_error_mm").iter().all(|cell| cell.len() < 10), "{csv:?}");
+    let markups = stdout(&ok(&d, &format!("{cast} markups")));
+    assert!(markups.contains("ray 1 b.nrrd bone 1") && markups.contains("bone 1 − bone 1: -2.0"), "{markups}");
+}
+
+#[test]
+fn a_sessions_cuts_are_measured_only_where_asked() {
+    // Fails if a cut changes a length without a word, or a record that is cut, of now or of before, cannot be made again.
+    let d = folder("as-cut");
+    nrrd(&d.join("ball.nrrd"), CUBE, &ball());
+    let source = bregma_session::Source { file: d.join("ball.nrrd"), ..Default::default() };
+    let mut opened = bregma_session::Opened::read(&[source], &Default::default()).unwrap();
+    opened.scene.layers[0].iso = 0.0;
+    opened.scene.clips = vec![bregma_renderer::Clip::all(bregma_renderer::Shape::Plane { normal: glam::DVec3::Z, offset_mm: 7.5 })];
+    bregma_session::Session::of(&opened, &d).write(&d.join("session.json")).unwrap();
+    let cast = "probe session.json --origin 7.5,7.5,-20 --direction 0,0,1 --format json";
+    let length = |out: &Output| {
+        let json: Value = serde_json::from_str(&stdout(out)).unwrap();
+        (json["volumes"][0]["segments"][0]["length_mm"].as_f64().unwrap(), json)
+    };
+    let whole = ok(&d, cast);
+    assert!(stderr(&whole).contains("--as-cut"), "{}", stderr(&whole));
+    let cut = ok(&d, &format!("{cast} --as-cut"));
+    let ((whole_mm, whole), (cut_mm, mut old)) = (length(&whole), length(&cut));
+    assert!((whole_mm - 2.0 * cut_mm).abs() < 1e-6, "{whole_mm} {cut_mm}");
+    // What was measured whole names no cuts, so that any version makes it again.
+    assert!(whole["made_by"].get("clips").is_none() && whole["as_cut"] == false && old["as_cut"] == true);
+    std::fs::write(d.join("whole.json"), whole.to_string()).unwrap();
+    std::fs::write(d.join("cut.json"), stdout(&cut)).unwrap();
+    old.as_object_mut().unwrap().remove("as_cut");
+    std::fs::write(d.join("old.json"), old.to_string()).unwrap();
+    for file in ["whole.json", "cut.json", "old.json"] {
+        assert_eq!(stdout(&ok(&d, &format!("verify {file}"))), "1 of 1 lengths hold\n", "{file}");
+    }
+    let map = |options: &str, out: &str| {
+        ok(&d, &format!("thickness session.json --method sphere --size 32x32 --backend cpu --out {out} {options}"));
+        let json: Value = serde_json::from_slice(&std::fs::read(d.join(out).join("thickness.json")).unwrap()).unwrap();
+        (json["as_cut"].as_bool().unwrap(), json["statistics"]["area_mm2"].as_f64().unwrap())
+    };
+    let ((of_all, all_mm2), (of_left, left_mm2)) = (map("", "all"), map("--as-cut", "left"));
+    assert!(!of_all && of_left && left_mm2 < 0.7 * all_mm2, "{all_mm2} {left_mm2}");
+}
+
+#[test]
+fn a_preset_moves_no_isovalue() {
+    // Fails if a look changes what is drawn as bone, or what a depth is measured to.
+    let d = folder("preset");
+    nrrd(&d.join("ball.nrrd"), CUBE, &ball());
+    let depth = |options: &str| {
+        ok(&d, &format!("render ball.nrrd --iso 226 {options} --backend cpu --size 48x48 --mode iso --depth d.npy --out p.png"));
+        (std::fs::read(d.join("d.npy")).unwrap(), std::fs::read(d.join("p.png")).unwrap())
+    };
+    assert!(depth("--preset dry-skull") == depth(""));
 }
 
 #[test]

@@ -3,8 +3,9 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use bregma_field::crossings::Kind;
-use bregma_measure::probe;
-use bregma_renderer::{Layer, Ray};
+use bregma_measure::{Meets, probe};
+use bregma_renderer::{Clip, Layer, Ray, Shape};
+use bregma_session::record::measure;
 use bregma_synthetic::analytic::Shell;
 use bregma_tests::Random;
 use bregma_volume::{Grid, IndexPoint, Progress, ReadSamples, Volume, WorldPoint};
@@ -190,6 +191,82 @@ fn bone_cut_by_the_scans_edge_is_said_to_be() {
     let again = probe(&volumes, &layers, &there).unwrap().volumes[0].segments[0];
     assert!(again.clipped && !again.from_origin && (again.length_mm - 3.0).abs() < 1e-12, "{again:?}");
     assert!(s.clipped && (s.from_mm - 5.0).abs() < 1e-12 && (s.length_mm - 3.0).abs() < 1e-12, "{s:?}");
+}
+
+#[test]
+fn a_cut_is_a_way_of_looking_and_measured_only_where_asked() {
+    // Fails if a cut changes what a ray measures, or what is cut away is said to be missed by the ray.
+    let pair = bregma_session::Opened::demo(48, &Progress::default()).unwrap();
+    let mut opened = pair.clone();
+    let ray = Ray::new(WorldPoint(DVec3::new(0.0, -150.0, 40.0)), DVec3::Y).unwrap();
+    let whole = measure(&opened, &ray, false).unwrap();
+    assert!(!whole.as_cut && whole.volumes.iter().all(|v| v.meets == Meets::Bone && v.segments.iter().all(|s| !s.cut)));
+    let plane = |normal: DVec3, offset_mm: f64| vec![Clip::all(Shape::Plane { normal, offset_mm })];
+    // All that the ray passes is cut away; then all before the middle; then what lies beside the ray.
+    let meets = |opened: &bregma_session::Opened, as_cut: bool| measure(opened, &ray, as_cut).unwrap();
+    opened.scene.clips = plane(DVec3::Z, 0.0);
+    assert_eq!(meets(&opened, false), whole);
+    let gone = meets(&opened, true);
+    assert!(gone.as_cut && gone.volumes.iter().all(|v| v.meets == Meets::CutAway && v.segments.is_empty()));
+    let table = bregma_measure::export::table(&gone);
+    assert!(table.contains("as cut") && table.contains("is cut away") && !table.contains("misses"), "{table}");
+    opened.scene.clips = plane(DVec3::NEG_Y, 0.0);
+    assert_eq!(meets(&opened, false), whole);
+    let half = meets(&opened, true);
+    assert!(half.volumes.iter().zip(&whole.volumes).all(|(h, w)| h.segments.len() < w.segments.len() && h.meets == Meets::Bone));
+    let within = whole.volumes[0].segments[0];
+    opened.scene.clips = plane(DVec3::NEG_Y, 150.0 - 0.5 * (within.from_mm + within.to_mm));
+    let through = meets(&opened, true).volumes[0].segments[0];
+    assert!(through.cut && through.clipped && (through.length_mm - 0.5 * within.length_mm).abs() < 1e-9, "{through:?}");
+    opened.scene.clips = plane(DVec3::X, 30.0);
+    let beside = meets(&opened, true);
+    assert!(beside.volumes.iter().zip(&whole.volumes).all(|(b, w)| b.segments == w.segments));
+    // What misses the scans, and what meets no bone in them, is neither.
+    let along = |origin: DVec3| measure(&opened, &Ray::new(WorldPoint(origin), DVec3::Y).unwrap(), true).unwrap().volumes[0].meets;
+    assert_eq!(along(DVec3::new(0.0, -150.0, 4000.0)), Meets::Nothing);
+    let [low, high] = [0.0, 1.0].map(|part| {
+        opened.volumes[0].grid().world(IndexPoint(part * DVec3::from(opened.volumes[0].grid().dims().map(|n| n as f64 - 1.0)))).0
+    });
+    assert_eq!(along(DVec3::new(low.x + 0.01, -1000.0, high.z - 0.01)), Meets::NoBone);
+}
+
+#[test]
+fn every_difference_is_of_lengths_that_the_table_has() {
+    // Fails if a pair is of wrong volumes or bones, a bone is lost or counted twice, or a difference has the wrong sign.
+    let mut opened = bregma_session::Opened::demo(48, &Progress::default()).unwrap();
+    opened.volumes.push(Arc::clone(&opened.volumes[1]));
+    opened.scene.layers = opened.volumes.iter().enumerate().map(|(n, v)| Layer::new(v, n, 3)).collect();
+    opened.scene.layers[2].transform = DAffine3::from_translation(DVec3::new(1.0, 2.0, -1.0));
+    opened.scene.layers[1].residual_mm = Some(0.2);
+    let mut random = Random(31);
+    let (mut differences, mut alone) = (0, 0);
+    for _ in 0..500 {
+        let mut point = || DVec3::new(random.unit() - 0.5, random.unit() - 0.5, random.unit() - 0.5) * 400.0;
+        let (from, to) = (point(), point() * 0.3);
+        let found = measure(&opened, &Ray::new(WorldPoint(from), to - from).unwrap(), false).unwrap();
+        assert_eq!(found.pairs.iter().map(|p| p.volumes).collect::<Vec<_>>(), [[0, 1], [0, 2]]);
+        // The second is registered, and the third was moved without a word on how well.
+        assert_eq!(found.pairs.iter().map(|p| p.without.is_some()).collect::<Vec<_>>(), [false, true]);
+        for pair in &found.pairs {
+            let [a, b] = pair.volumes.map(|v| &found.volumes[v].segments);
+            let length = |of: &[bregma_measure::Segment], numbers: &[usize]| numbers.iter().map(|n| of[n - 1].length_mm).sum::<f64>();
+            for d in &pair.differences {
+                assert_eq!(d.difference_mm, length(b, &d.b) - length(a, &d.a));
+                assert_eq!(d.uncertainty.registration_error_mm.is_some(), pair.without.is_none());
+                assert_eq!(d.united, d.a.len() + d.b.len() > 2);
+            }
+            for (of, used, left) in [(a, 0, &pair.only_a), (b, 1, &pair.only_b)] {
+                let in_pairs = pair.differences.iter().flat_map(|d| [&d.a, &d.b][used]);
+                let mut all: Vec<usize> = in_pairs.chain(left).copied().collect();
+                all.sort();
+                assert_eq!(all, (1..=of.len()).collect::<Vec<_>>());
+            }
+            differences += pair.differences.len();
+            alone += pair.only_a.len() + pair.only_b.len();
+        }
+    }
+    println!("{differences} differences, {alone} stretches without a partner");
+    assert!(differences > 500 && alone > 20);
 }
 
 #[test]

@@ -48,8 +48,8 @@ impl Wall {
         }
     }
 
-    /// The stretch of a ray within the wall about the point at `inside`: outward in small steps, then by bisection.
-    fn chord_mm(&self, ray: &Ray, inside: f64) -> f64 {
+    /// Where a ray is within the wall about the point at `inside`: outward in small steps, then by bisection.
+    fn chord_mm(&self, ray: &Ray, inside: f64) -> [f64; 2] {
         let is_in = |t: f64| self.distance(ray.at(t).0) < 0.0;
         let end = |step: f64| {
             let (mut near, mut far) = (inside, inside + step);
@@ -63,7 +63,7 @@ impl Wall {
             near
         };
         let step = self.thickness_mm / 64.0;
-        end(step) - end(-step)
+        [end(-step), end(step)]
     }
 }
 
@@ -82,6 +82,8 @@ struct Pose {
     ray: Ray,
     iso: f64,
     truth_mm: f64,
+    /// Where the wall begins and ends, from the point of the ray that is nearest to the origin.
+    ends_mm: [f64; 2],
     /// The thinnest wall that this scan can show along the ray, from what is known of the scanner.
     resolution_mm: f64,
 }
@@ -125,7 +127,8 @@ fn pose(random: &mut Random, shape: usize, thick: [f64; 2]) -> Pose {
     let beside = wall_turn * DVec3::new(random.unit() - 0.5, random.unit() - 0.5, 0.0) * spacing.min_element();
     let far_mm = 100.0 * spacing.max_element();
     let ray = Ray::new(WorldPoint(beside - far_mm * direction), direction).unwrap();
-    let truth_mm = wall.chord_mm(&ray, far_mm);
+    let chord_mm = wall.chord_mm(&ray, far_mm);
+    let truth_mm = chord_mm[1] - chord_mm[0];
     // Room for the whole wall and six voxels of air on both sides.
     let half = (DMat3::from_diagonal(spacing.recip()) * axes.inverse() * (0.5 * truth_mm * direction)).abs() + 7.0;
     let dims = (2.0 * half.ceil() + 1.0).as_usizevec3().to_array();
@@ -142,17 +145,23 @@ fn pose(random: &mut Random, shape: usize, thick: [f64; 2]) -> Pose {
     };
     let resolution = |n: DVec3| (2.354_82 * blur(n)).max(1.5 * along(n)) / n.dot(direction).abs();
     let resolution_mm = wall.tilts().map(|n| resolution(wall_turn * n)).into_iter().fold(0.0, f64::max);
-    Pose { wall, grid, scanner, ray, iso: 0.0, truth_mm, resolution_mm }
+    Pose { wall, grid, scanner, ray, iso: 0.0, truth_mm, ends_mm: chord_mm.map(|t| t + ray.direction.dot(ray.origin.0)), resolution_mm }
 }
 
-/// The bone about the origin that is found in a scan of the pose; `None` where there is none.
-fn measure(pose: &mut Pose, random: &mut Random) -> Option<Segment> {
+/// A scan of the pose, whose isovalue is chosen.
+fn scan(pose: &mut Pose, random: &mut Random) -> Arc<Volume> {
     let hu = pose.scanner.scan(&pose.wall, &pose.grid, &Progress::default()).unwrap();
     let raster =
         Raster { grid: pose.grid.clone(), samples: Samples::I16(hu), slope: 1.0, intercept: 0.0, unit: Unit::Hounsfield, warnings: vec![] };
     let volume = Arc::new(Volume::new("wall".into(), "test", raster).unwrap());
     // Its tolerance is half of the interval that holds the right isovalue 95 times of 100.
     pose.iso = (BONE_HU + AIR_HU) / 2.0 + iso_tolerance(&volume) / 1.96 * normal(random);
+    volume
+}
+
+/// The bone about the origin that is found in a scan of the pose; `None` where there is none.
+fn measure(pose: &mut Pose, random: &mut Random) -> Option<Segment> {
+    let volume = scan(pose, random);
     let layers = [Layer { iso: pose.iso, ..Layer::new(&volume, 0, 1) }];
     let middle = pose.ray.direction.dot(-pose.ray.origin.0);
     let found = probe(&[volume], &layers, &pose.ray).unwrap();
@@ -221,6 +230,63 @@ fn ninety_five_of_a_hundred_intervals_hold_the_true_thickness() {
         assert!(measured > POSES / 2);
     }
     println!("all: {:.1} % of {}", 100.0 * all[0] as f64 / all[1] as f64, all[1]);
+}
+
+/// Two walls, each in a scan of its own, met by one ray: the second's is brought onto the first's, but for what a registration with this
+/// residual leaves.
+fn differences(residual_mm: f64, poses: usize, seed: u64) -> ([[usize; 2]; 3], Vec<f64>) {
+    let mut random = Random(seed);
+    // Held and all: of the difference, and of the shifts of both ends.
+    let (mut counts, mut widths) = ([[0_usize; 2]; 3], vec![]);
+    for n in 0..poses {
+        let mut pair = [pose(&mut random, n % 3, [2.0, 12.0]), pose(&mut random, n / 3 % 3, [2.0, 12.0])];
+        let volumes: Vec<_> = pair.iter_mut().map(|pose| scan(pose, &mut random)).collect();
+        let [a, b] = &pair;
+        let turn = DQuat::from_rotation_arc(b.ray.direction, a.ray.direction);
+        let off = residual_mm / 3.0_f64.sqrt() * DVec3::new(normal(&mut random), normal(&mut random), normal(&mut random));
+        // The points of both rays that are nearest to their origins come together.
+        let middle = |pose: &Pose| pose.ray.at(pose.ray.direction.dot(-pose.ray.origin.0)).0;
+        let transform = DAffine3::from_rotation_translation(turn, middle(a) - turn * middle(b) + off);
+        let layer = |n: usize, pose: &Pose| Layer { iso: pose.iso, ..Layer::new(&volumes[n], n, 2) };
+        let layers = [layer(0, a), Layer { transform, residual_mm: Some(residual_mm), ..layer(1, b) }];
+        // From the first's outside of both.
+        let found = probe(&volumes, &layers, &Ray { origin: a.ray.at(-300.0), ..a.ray }).unwrap();
+        let about_middle = |t_mm: f64| t_mm - 300.0 - a.ray.direction.dot(-a.ray.origin.0);
+        let [of_a, of_b] = [0, 1].map(|v| &found.volumes[v].segments);
+        let whole = |d: &&bregma_measure::Difference| {
+            let holds_middle = |s: &Segment| about_middle(s.from_mm) < 0.0 && about_middle(s.to_mm) > 0.0;
+            !(d.united || d.partial || d.below_resolution) && holds_middle(&of_a[d.a[0] - 1]) && holds_middle(&of_b[d.b[0] - 1])
+        };
+        let Some(d) = found.pairs[0].differences.iter().find(whole) else { continue };
+        assert_eq!(found.pairs[0].without, None);
+        let mut count = |n: usize, found_mm: f64, truth_mm: f64, error_mm: f64| {
+            counts[n][0] += usize::from((found_mm - truth_mm).abs() <= error_mm);
+            counts[n][1] += 1;
+        };
+        count(0, d.difference_mm, b.truth_mm - a.truth_mm, d.uncertainty.error_mm);
+        for (n, shift) in [d.from_shift, d.to_shift].into_iter().enumerate() {
+            let shift = shift.unwrap();
+            count(n + 1, shift.shift_mm, b.ends_mm[n] - a.ends_mm[n], shift.error_mm);
+        }
+        widths.push(d.uncertainty.error_mm / a.grid.spacing_mm().max(b.grid.spacing_mm()).element_product().cbrt());
+    }
+    widths.sort_by(f64::total_cmp);
+    (counts, widths)
+}
+
+#[test]
+fn ninety_five_of_a_hundred_intervals_hold_the_true_difference() {
+    // Fails if a part of both scans' is left out of the ± of B − A, or counted where it cancels, or a registration moves ends without a word.
+    for (residual_mm, seed) in [(0.0, 300), (0.3, 400)] {
+        let (counts, widths) = differences(residual_mm, 3 * POSES, seed);
+        for (what, [held, all]) in ["difference", "shift of the first end", "shift of the second end"].iter().zip(counts) {
+            let share = held as f64 / all as f64;
+            println!("residual {residual_mm} mm, {what}: {held} of {all} hold the truth ({:.1} %)", 100.0 * share);
+            assert!(all > POSES, "only {all} pairs");
+            assert!((0.93..=0.975).contains(&share), "{what}: {share}");
+        }
+        println!("  half width of the difference {:.3} voxel (median)", widths[widths.len() / 2]);
+    }
 }
 
 #[test]

@@ -218,6 +218,9 @@ pub struct ProbeArgs {
     /// Many rays: CSV with the header ox,oy,oz,dx,dy,dz, mm
     #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["origin", "direction", "toward"])]
     pub rays: Option<PathBuf>,
+    /// Measure only what a session's cuts leave; else the whole bone is measured, whatever is cut to look at it
+    #[arg(long)]
+    pub as_cut: bool,
     /// Form of the answer
     #[arg(long, value_enum, default_value = "table")]
     pub format: ProbeFormat,
@@ -230,7 +233,7 @@ pub enum ProbeFormat {
     Table,
     /// Everything; one object a line for many rays.
     Json,
-    /// One row for each bone segment.
+    /// A tidy table: a row for each difference, bone segment and stretch of the ledger.
     Csv,
     /// 3D Slicer's markups JSON, one Line for each bone segment.
     Markups,
@@ -265,6 +268,9 @@ pub struct ThicknessArgs {
     /// Of the rays, into the bone
     #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, required_if_eq("method", "ray"))]
     pub direction: Option<DVec3>,
+    /// Map only what a session's cuts leave of the surface; thickness is that of the whole bone all the same
+    #[arg(long)]
+    pub as_cut: bool,
     /// Only within R mm of a point
     #[arg(long, value_name = "X,Y,Z,R", value_parser = ball, allow_hyphen_values = true)]
     pub patch: Option<(DVec3, f64)>,

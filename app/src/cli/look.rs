@@ -32,7 +32,7 @@ pub struct LookArgs {
     /// How dvr colours values: bone, skin-and-bone, dry-skull, mummy, µct, one of your own, or a file: once for all, or once for each volume
     #[arg(long, value_name = "NAME|FILE", value_delimiter = ',')]
     pub transfer: Vec<String>,
-    /// A whole look, colours and isosurfaces, by the same names: once for all, or once for each volume
+    /// A transfer function with its further isosurfaces, by the same names: once for all, or once for each volume. It moves no isovalue
     #[arg(long, value_name = "NAME|FILE", value_delimiter = ',', conflicts_with = "transfer")]
     pub preset: Vec<String>,
     /// How dvr integrates: exact, or steps:N with N points in a voxel's length [default: steps:2]

@@ -9,14 +9,9 @@ use bregma_session::{Opened, Source};
 /// Opens what a command names, with the isovalues it gives, and says what is unusual.
 pub fn open(sources: &[Source], isovalues: &Isovalues) -> Result<Opened, CommandError> {
     let mut opened = with_progress("reading", |progress| Opened::read(sources, progress))?;
-    set_isovalues(&mut opened, isovalues)?;
+    set_each(&mut opened.scene.layers, &isovalues.iso, "--iso", |layer, iso| layer.iso = *iso)?;
     warn(&opened.warnings());
     Ok(opened)
-}
-
-/// Sets the isovalues that are given, whatever a preset says.
-pub fn set_isovalues(opened: &mut Opened, isovalues: &Isovalues) -> Result<(), CommandError> {
-    set_each(&mut opened.scene.layers, &isovalues.iso, "--iso", |layer, iso| layer.iso = *iso)
 }
 
 /// Refuses to state lengths on a scan that nobody says the spacing of.

@@ -15,7 +15,7 @@ use super::recovery::{Kept, Recovery};
 use super::remembered::Remembered;
 use bregma_measure::DifferenceRay;
 use bregma_session::save::SaveError;
-use bregma_session::{Opened, Source};
+use bregma_session::{Kind, Opened, Source};
 use egui::{Context, Id, Modal};
 use std::path::{Path, PathBuf};
 
@@ -112,9 +112,19 @@ impl Bench {
         });
     }
 
-    /// Begins to read scans that join what is open.
+    /// Begins to read scans and landmarks that join what is open, and moves scans as registrations among the files say.
     pub fn add(&mut self, ctx: &Context, paths: Vec<PathBuf>) {
-        self.read(|ctx| Loading::files(ctx, sources(paths), true), ctx);
+        let is_registration = |source: &Source| !self.is_empty() && Kind::of(source) == Kind::Registration;
+        let (registrations, others): (Vec<_>, Vec<_>) = sources(paths).into_iter().partition(is_registration);
+        for registration in registrations {
+            match self.work.opened.register(&registration.file) {
+                Ok(n) => self.messages.note(format!("{} was moved as {} says", self.work.opened.volumes[n].name(), registration.name())),
+                Err(error) => self.messages.error(error.to_string()),
+            }
+        }
+        if !others.is_empty() {
+            self.read(|ctx| Loading::files(ctx, others, true), ctx);
+        }
     }
 
     /// Begins to read scans or a session that take the place of what is open.
@@ -144,7 +154,10 @@ impl Bench {
     pub fn collect(&mut self, ctx: &Context) {
         if let Some(result) = self.loading.as_mut().and_then(Loading::poll) {
             match result {
-                Ok(opened) => self.receive(opened),
+                Ok((opened, errors)) => {
+                    errors.into_iter().for_each(|text| self.messages.error(text));
+                    self.receive(opened);
+                }
                 Err(text) => {
                     self.loading = None;
                     self.messages.error(text);
@@ -174,7 +187,12 @@ impl Bench {
         let Some(loading) = self.loading.take() else { return };
         self.remembered.opened(&loading.named);
         if loading.adds && !self.is_empty() {
+            self.work.measured.landmarks.append(&mut opened.landmarks);
             self.work.opened.add(opened);
+            return;
+        }
+        if opened.volumes.is_empty() {
+            self.messages.error("There is no scan among these files: open the scan that they belong to first.");
             return;
         }
         opened.first_look(self.view.aspect());

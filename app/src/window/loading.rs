@@ -4,8 +4,9 @@ use super::job::Job;
 use super::recovery::Kept;
 use super::series::Choice;
 use super::widgets::line;
+use super::words::in_the_window;
 use bregma_field::Progress;
-use bregma_field::formats::{ReadError, Reduce, Uneven};
+use bregma_field::formats::{OpenError, ReadError, Reduce, Uneven};
 use bregma_session::{DEMO_SIZE, InputError, Opened, Source, without_spacing};
 use egui::{Align2, Area, Context, DragValue, Frame, Id, Order, Rect, Ui, vec2};
 use glam::DVec3;
@@ -34,7 +35,8 @@ enum State {
 /// What a reading ends in.
 #[derive(Debug)]
 enum Read {
-    Opened(Box<Opened>),
+    /// With sentences about what did not open.
+    Opened(Box<Opened>, Vec<String>),
     Ask(Question),
 }
 
@@ -61,7 +63,7 @@ enum About {
 impl Loading {
     /// Computes the built-in pair.
     pub fn demo(ctx: &Context) -> Self {
-        let make = |progress: &_| -> Result<Read, InputError> { Ok(Read::Opened(Box::new(Opened::demo(DEMO_SIZE, progress)?))) };
+        let make = |progress: &_| -> Result<Read, InputError> { Ok(Read::Opened(Box::new(Opened::demo(DEMO_SIZE, progress)?), vec![])) };
         Self::of(State::Reading(Job::start(ctx, "Making the demo pair".into(), make)))
     }
 
@@ -86,11 +88,11 @@ impl Loading {
         Self { recovered: Some(kept), ..Self::of(State::reading(ctx, vec![source])) }
     }
 
-    /// The scans, or one sentence about what went wrong; `None` while at work or waiting for an answer.
-    pub fn poll(&mut self) -> Option<Result<Opened, String>> {
+    /// What opened, with a sentence about each file that did not, or one about why nothing did; `None` while at work or waiting for an answer.
+    pub fn poll(&mut self) -> Option<Result<(Opened, Vec<String>), String>> {
         let State::Reading(job) = &self.state else { return None };
         match job.poll()? {
-            Ok(Read::Opened(opened)) => Some(Ok(*opened)),
+            Ok(Read::Opened(opened, errors)) => Some(Ok((*opened, errors))),
             Ok(Read::Ask(question)) => {
                 self.state = State::Asking(question);
                 None
@@ -146,27 +148,32 @@ fn read(sources: Vec<Source>, progress: &Progress) -> Result<Read, InputError> {
     if let Some((of, choice)) = Choice::among(&sources, progress) {
         return Ok(Read::Ask(Question { sources, of, about: About::Series(choice) }));
     }
-    let result = match without_spacing(&sources, progress) {
-        Ok(Some(of)) => return Ok(Read::Ask(Question { sources, of, about: About::Spacing(DVec3::ZERO) })),
-        Ok(None) => Opened::read(&sources, progress),
-        Err(error) => Err(error),
+    if let Some(of) = without_spacing(&sources, progress)? {
+        return Ok(Read::Ask(Question { sources, of, about: About::Spacing(DVec3::ZERO) }));
+    }
+    let (opened, errors) = match Opened::read_what_opens(&sources, progress) {
+        Ok((opened, errors)) => (Some(opened), errors),
+        Err(error) => (None, vec![error]),
     };
-    let error = match result {
-        Ok(opened) => return Ok(Read::Opened(Box::new(opened))),
-        Err(InputError::Scan(error)) => error,
-        Err(error) => return Err(error),
-    };
-    // What another reading of the same file could do is offered.
-    let about = match &error.reason {
+    let asked = errors.iter().find_map(|error| {
+        let InputError::Scan(error) = error else { return None };
+        Some((sources.iter().position(|source| source.file == error.file)?, question(error)?))
+    });
+    match (asked, opened) {
+        (Some((of, about)), _) => Ok(Read::Ask(Question { sources, of, about })),
+        (None, Some(opened)) => Ok(Read::Opened(Box::new(opened), errors.iter().map(InputError::to_string).collect())),
+        (None, None) => Err(errors.into_iter().next().unwrap_or(InputError::NoScan(PathBuf::new()))),
+    }
+}
+
+/// What another reading of the same file could do, where it could do something.
+fn question(error: &OpenError) -> Option<About> {
+    match &error.reason {
         ReadError::TooLarge { smaller, .. } => {
-            smaller.first().and_then(|&step| Reduce::every(step)).map(|reduce| About::Preview(reduce, error.to_string()))
+            Reduce::every(*smaller.first()?).map(|reduce| About::Preview(reduce, in_the_window(&error.to_string())))
         }
         ReadError::Uneven { usual_mm, gaps } => Some(About::Uneven(format!("Most are {usual_mm} mm apart, but {gaps}."))),
         _ => None,
-    };
-    match (sources.iter().position(|s| s.file == error.file), about) {
-        (Some(of), Some(about)) => Ok(Read::Ask(Question { sources, of, about })),
-        _ => Err(error.into()),
     }
 }
 

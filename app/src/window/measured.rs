@@ -18,6 +18,8 @@ pub struct NamedRay {
     pub color: Color,
     /// Where it lies.
     pub ray: Ray,
+    /// Only what cuts leave is measured; else the whole bone.
+    pub as_cut: bool,
 }
 
 /// Everything that was measured.
@@ -29,6 +31,8 @@ pub struct Measured {
     pub selected: usize,
     /// Landmarks.
     pub landmarks: Vec<Landmark>,
+    /// Number of the landmark from which on the next click looks for a missing one.
+    pub wanted: Option<usize>,
 }
 
 /// What the person works on.
@@ -65,7 +69,7 @@ impl Work {
 
     fn named_records(&self, rays: &[DifferenceRay], origin: Option<&Origin>) -> Vec<Measurement> {
         let named = self.measured.rays.iter().zip(rays);
-        named.map(|(named, ray)| Measurement::of_ray(ray, Some((&named.name, named.color)), origin)).collect()
+        named.map(|(named, ray)| Measurement::of_ray(ray, Some((&named.name, Some(named.color))), origin)).collect()
     }
 }
 
@@ -117,6 +121,7 @@ impl Measured {
             if let Some(last) = measured.rays.last_mut() {
                 last.name = recorded.name.clone().unwrap_or(last.name.clone());
                 last.color = recorded.color.unwrap_or(last.color);
+                last.as_cut = recorded.is_as_cut();
             }
             false
         });
@@ -132,7 +137,7 @@ impl Measured {
     pub fn add_ray(&mut self, ray: Ray) {
         let free = |n: &usize| !self.rays.iter().any(|r| r.name == format!("Ray {n}"));
         let n = (1..).find(free).unwrap_or(1);
-        self.rays.push(NamedRay { name: format!("Ray {n}"), color: Color(COLORS[(n - 1) % COLORS.len()]), ray });
+        self.rays.push(NamedRay { name: format!("Ray {n}"), color: Color(COLORS[(n - 1) % COLORS.len()]), ray, as_cut: false });
         self.selected = self.rays.len() - 1;
     }
 
@@ -144,11 +149,24 @@ impl Measured {
         }
     }
 
-    /// Adds a landmark under the next free name.
-    pub fn add_landmark(&mut self, point_mm: DVec3) {
+    /// Number of the missing landmark that a click on `scan` sets: the wanted one, or else the first that may be of that scan.
+    pub fn next_landmark(&self, scan: &str) -> Option<usize> {
+        let is_missing =
+            |n: usize| self.landmarks.get(n).is_some_and(|l| l.point_mm.is_none() && l.scan.as_ref().is_none_or(|s| s == scan));
+        let from = self.wanted.unwrap_or(0);
+        (from..self.landmarks.len()).chain(0..from).find(|n| is_missing(*n))
+    }
+
+    /// Sets the next missing landmark of `scan`, or adds one under the next free name where none is missing.
+    pub fn set_landmark(&mut self, point_mm: DVec3, scan: &str) {
+        if let Some(n) = self.next_landmark(scan) {
+            self.landmarks[n].point_mm = Some(point_mm);
+            self.wanted = Some(n + 1);
+            return;
+        }
         let free = |n: &usize| !self.landmarks.iter().any(|l| l.name == format!("L{n}"));
         let n = (1..).find(free).unwrap_or(1);
-        self.landmarks.push(Landmark { name: format!("L{n}"), point_mm });
+        self.landmarks.push(Landmark { scan: Some(scan.to_owned()), ..Landmark::at(format!("L{n}"), point_mm) });
     }
 }
 
@@ -165,23 +183,27 @@ pub fn picked(work: &Work, only: Option<usize>, ray: &Ray) -> Result<Option<(Sur
 
 /// A normal ray begins so far before the surface, mm, or halfway to the bone before it: its first bone is the one that was clicked.
 const BEFORE_MM: f64 = 2.0;
+/// So far beyond the end of a bone one is outside it, mm: far more than the rounding of where it ends.
+const BEYOND_MM: f64 = 1e-6;
 /// What lies before a surface is looked for from so far outside, in voxels: not at the surface itself.
 const START_VOXEL: f64 = 0.1;
 
-/// The ray straight into a surface at a point of it.
+/// The ray straight into a surface at a point of it, begun before the whole bone that lies there, whatever of it is cut away.
 pub fn normal_ray(surface: &Surface, point: WorldPoint) -> Option<Ray> {
+    let surface = &surface.clone().cut(&[], 0);
     let smooth = interpolant::smooth_normal(surface, surface.grid.index(point))?;
     // Where samples are coarse for the edge, central differences are off by degrees, and the fitted edge is not.
     let half_wall_mm = across(surface, point.0, smooth).map_or(f64::INFINITY, |wall| 0.5 * wall.there_mm);
     let edge = Edge::at(surface, point.0, smooth, half_wall_mm, f64::INFINITY);
     let normal = edge.map_or(smooth, |edge| edge.normal);
+    let outward = Ray::new(WorldPoint(point.0 + START_VOXEL * surface.grid.spacing_mm().min_element() * normal), normal)?;
+    // On the face of a cut bone goes on outward: the ray begins before that, too.
+    let cut_away_mm = crossings::first_wall(surface, &outward).filter(|[enter, _]| enter.at_origin).map(|[_, exit]| exit.t_mm);
+    let outward = Ray { origin: outward.at(cut_away_mm.map_or(0.0, |mm| mm + BEYOND_MM)), ..outward };
     // What lies before the surface, and is nearer than that, is not in the ray.
-    let before_mm = crossings::first_entry(
-        surface,
-        &Ray::new(WorldPoint(point.0 + START_VOXEL * surface.grid.spacing_mm().min_element() * normal), normal)?,
-    )
-    .map_or(BEFORE_MM, |other| BEFORE_MM.min(0.5 * other.t_mm));
-    Ray::new(WorldPoint(point.0 + before_mm * normal), -normal)
+    let before_mm = crossings::first_entry(surface, &outward).map_or(BEFORE_MM, |other| BEFORE_MM.min(0.5 * other.t_mm));
+    let origin = if cut_away_mm.is_some() { outward.origin.0 } else { point.0 };
+    Ray::new(WorldPoint(origin + before_mm * normal), -normal)
 }
 
 /// A picked point brought onto the surface to float64 precision, whatever the way it was picked.

@@ -3,6 +3,7 @@
 
 use super::fonts::{FONT, PNG_SCALE, fonts};
 use super::{Chart, Measure, Point};
+use bregma_measure::numbers::at_most;
 use bregma_renderer::{Backend, Solver};
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -56,7 +57,7 @@ where
     root.fill(&WHITE)?;
     let [w, h] = chart.size;
     // Enough digits to find the surface again by eye; the table's command has all.
-    let isovalues = chart.isovalues.iter().map(|v| format!("{}", (v * 1e3).round() / 1e3)).collect::<Vec<_>>().join(", ");
+    let isovalues = chart.isovalues.iter().map(|v| at_most(*v, 3)).collect::<Vec<_>>().join(", ");
     let scans: String = chart.scans.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
     let views = if chart.frames == 1 { "1 view".into() } else { format!("{} views", chart.frames) };
     let title = format!("{scans}, isovalue {isovalues}: {views} of {w}×{h} pixels");

@@ -118,7 +118,7 @@ fn a_plane_through_three_landmarks_and_the_slice_view() {
     choose(&mut window, Role::Button, "Through three landmarks");
     let (normal, offset_mm) = plane(&window, 0);
     for landmark in window.state().landmarks() {
-        assert!((normal.dot(landmark.point_mm) - offset_mm).abs() < 1e-9);
+        assert!((normal.dot(landmark.point_mm.unwrap()) - offset_mm).abs() < 1e-9);
     }
     choose(&mut window, Role::Button, "Remove cut 1");
     choose(&mut window, Role::Button, "Slice view");

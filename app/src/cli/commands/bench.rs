@@ -2,7 +2,7 @@
 
 use crate::cli::args::BenchArgs;
 use crate::cli::error::CommandError;
-use crate::cli::opening::{open, set_isovalues};
+use crate::cli::opening::open;
 use crate::cli::terminal::{print, warn};
 use bregma_renderer::{Backend, Mode, Reconstruction, Renderer, Scene, Solver};
 use bregma_session::chart::orbit;
@@ -39,7 +39,6 @@ struct Record {
 pub fn bench(args: &BenchArgs, machine: Machine) -> Result<(), CommandError> {
     let mut opened = open(&args.sources.0, &args.isovalues)?;
     args.look.apply(&mut opened, Some(args.mode))?;
-    set_isovalues(&mut opened, &args.isovalues)?;
     warn(&args.look.idle(&opened.scene));
     opened.scene.solver = args.solver;
     let record = measure(&opened, args, machine.renderer()?.as_mut())?;

@@ -5,9 +5,11 @@ use crate::cli::error::CommandError;
 use crate::cli::terminal::{print, with_progress};
 use bregma_field::WorldPoint;
 use bregma_field::formats::nrrd::{self, Compression};
-use bregma_measure::export;
+use bregma_measure::csv;
+use bregma_measure::export::{self, Named};
 use bregma_renderer::{Camera, Mode, Ray};
 use bregma_session::output::{make_folder, write_png, write_whole};
+use bregma_session::record::made;
 use bregma_session::{Machine, Opened, Session, Source};
 use glam::DVec3;
 use std::path::Path;
@@ -42,7 +44,7 @@ pub fn write_demo(folder: &Path, size: usize, machine: Machine) -> Result<(), Co
     // From the front through the frontal bone, where B's is thicker, and out through the occipital.
     let ray = Ray::new(WorldPoint(DVec3::new(0.0, -150.0, 40.0)), DVec3::Y).expect("the y axis is a direction");
     let found = bregma_measure::probe(&opened.volumes, &opened.scene.layers, &ray)?;
-    write_whole(&folder.join("probe.csv"), export::csv(std::slice::from_ref(&found)).as_bytes())?;
+    write_whole(&folder.join("probe.csv"), csv::rays(&[Named { name: "ray 1", found: &found }], &made(&opened)).as_bytes())?;
     print(&format!(
         "{}: a.nrrd and b.nrrd (a pair of synthetic skulls), session.json (opens both), iso.png, overlay.png, probe.csv\n\n{}",
         folder.display(),

@@ -5,7 +5,7 @@ use crate::cli::error::CommandError;
 use crate::cli::terminal::{print, warn, with_progress};
 use bregma_field::formats::{Scan, Survey};
 use bregma_field::{Metadata, Unit};
-use bregma_measure::export::suffix;
+use bregma_measure::numbers::{at_most, significant, suffix};
 use bregma_session::{InputError, scans};
 use glam::{DMat3, DVec3};
 use serde::Serialize;
@@ -85,11 +85,11 @@ fn record<'a>(name: &'a str, scan: &'a Scan, survey: &'a Survey) -> Record<'a> {
 fn text(scan: &Scan, survey: &Survey) -> String {
     let (grid, summary) = (scan.grid(), &survey.summary);
     let [nx, ny, nz] = grid.dims();
-    let list = |v: DVec3| v.to_array().map(short).join(", ");
+    let list = |v: DVec3| v.to_array().map(|v| at_most(v, 6)).join(", ");
     let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
     let d = grid.direction();
     let unit = suffix(summary.unit);
-    let [low, high] = summary.range();
+    let [low, high] = summary.range().map(|v| significant(v, 9));
     let (iso, why) = summary.default_isovalue();
     let metadata: String = scan.metadata().iter().map(|(key, value)| format!("  {key}: {value}\n")).collect();
     format!(
@@ -104,15 +104,8 @@ fn text(scan: &Scan, survey: &Survey) -> String {
         list(d.x_axis),
         list(d.y_axis),
         list(d.z_axis),
-        summary.slope,
-        summary.intercept,
-        short(iso),
+        significant(summary.slope, 9),
+        significant(summary.intercept, 9),
+        at_most(iso, 6),
     )
-}
-
-/// Six digits after the point at most.
-fn short(v: f64) -> String {
-    let text = format!("{v:.6}");
-    let trimmed = text.trim_end_matches('0').trim_end_matches('.');
-    if trimmed == "-0" { "0".into() } else { trimmed.into() }
 }

@@ -3,11 +3,12 @@
 use crate::cli::args::{ProbeArgs, ProbeFormat};
 use crate::cli::error::CommandError;
 use crate::cli::opening::{open, require_spacing};
-use crate::cli::terminal::{print, with_progress};
+use crate::cli::terminal::{print, warn, with_progress};
 use bregma_field::WorldPoint;
-use bregma_measure::{DifferenceRay, export};
+use bregma_measure::export::{self, Named};
+use bregma_measure::{DifferenceRay, csv};
 use bregma_renderer::Ray;
-use bregma_session::record::measure;
+use bregma_session::record::{made, measure};
 use bregma_session::{Measurement, Origin};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -21,7 +22,13 @@ pub fn probe(args: &ProbeArgs) -> Result<(), CommandError> {
     };
     let opened = open(&args.sources.0, &args.isovalues)?;
     require_spacing(&opened)?;
-    let cast = |ray: &Ray| measure(&opened, ray);
+    let is_cut = opened.scene.clips.iter().any(|clip| clip.enabled);
+    if args.as_cut && !is_cut {
+        warn(&["--as-cut: nothing is cut, so the whole bone is measured".into()]);
+    } else if is_cut && !args.as_cut {
+        warn(&["the session's cuts are ways of looking: the whole bone is measured; pass --as-cut to measure what they leave".into()]);
+    }
+    let cast = |ray: &Ray| measure(&opened, ray, args.as_cut);
     let found = with_progress("casting", |progress| {
         progress.begin(rays.len() as u64);
         // Nobody cancels here: the command is simply ended.
@@ -29,13 +36,15 @@ pub fn probe(args: &ProbeArgs) -> Result<(), CommandError> {
         rays.par_iter().map(counted).collect::<Result<Vec<DifferenceRay>, _>>()
     })?;
     let origin = if args.format == ProbeFormat::Json { Origin::of(&opened) } else { None };
-    let json = |d: &DifferenceRay| Measurement::of_ray(d, None, origin.as_ref()).to_string() + "\n";
+    let names: Vec<String> = (1..=found.len()).map(|n| format!("ray {n}")).collect();
+    let json = |(d, name): (&DifferenceRay, &String)| Measurement::of_ray(d, Some((name, None)), origin.as_ref()).to_string() + "\n";
+    let named: Vec<Named<'_>> = names.iter().zip(&found).map(|(name, found)| Named { name, found }).collect();
     let text = match args.format {
         ProbeFormat::Table if args.rays.is_none() => found.iter().map(export::table).collect(),
-        ProbeFormat::Table => export::table_of_rays(&found),
-        ProbeFormat::Json => found.iter().map(json).collect(),
-        ProbeFormat::Csv => export::csv(&found),
-        ProbeFormat::Markups => format!("{:#}\n", export::markups(&found)),
+        ProbeFormat::Table => export::table_of_rays(&named),
+        ProbeFormat::Json => found.iter().zip(&names).map(json).collect(),
+        ProbeFormat::Csv => csv::rays(&named, &made(&opened)),
+        ProbeFormat::Markups => format!("{:#}\n", export::markups(&named)),
     };
     print(&text)
 }

@@ -2,7 +2,7 @@
 
 use crate::cli::args::{CameraArgs, RenderArgs};
 use crate::cli::error::CommandError;
-use crate::cli::opening::{open, require_spacing, set_isovalues};
+use crate::cli::opening::{open, require_spacing};
 use crate::cli::terminal::warn;
 use bregma_renderer::{Camera, FOV_DEG, Projection};
 use bregma_session::output::{write_depth, write_png, write_values, write_volume_id};
@@ -17,7 +17,6 @@ pub fn render(args: &RenderArgs, machine: Machine) -> Result<(), CommandError> {
         require_spacing(&opened)?;
     }
     args.look.apply(&mut opened, args.mode)?;
-    set_isovalues(&mut opened, &args.isovalues)?;
     warn(&args.look.idle(&opened.scene));
     opened.scene.solver = args.solver.unwrap_or(opened.scene.solver);
     opened.scene.background = args.background.map_or(opened.scene.background, |b| b.0);

@@ -6,6 +6,7 @@ use crate::cli::error::CommandError;
 use crate::cli::opening::{open, require_spacing};
 use crate::cli::terminal::{print, with_progress};
 use bregma_measure::export;
+use bregma_measure::numbers::{fixed, significant};
 use bregma_measure::thickness::Statistics;
 use bregma_session::Machine;
 use bregma_session::output::{make_folder, write_figure, write_whole};
@@ -19,6 +20,7 @@ struct Record<'a> {
     volume: &'a str,
     iso: f64,
     method: &'a str,
+    as_cut: bool,
     statistics: &'a Statistics,
 }
 
@@ -44,6 +46,9 @@ pub fn thickness(args: &ThicknessArgs, machine: Machine) -> Result<(), CommandEr
     make_folder(&args.out)?;
     let mut order = Order::new(volume, layer, 0, args.method.along(direction.unwrap_or(DVec3::Z)), name.into());
     order.patch = args.patch;
+    if args.as_cut {
+        order.clips.clone_from(&opened.scene.clips);
+    }
     let map = with_progress("measuring", |progress| order.measure(progress)).map_err(|e| match e {
         MapError::Grid(e) => CommandError::Grid(e),
         MapError::Nothing | MapError::Cancelled(_) => CommandError::NoThickness(volume.name().to_owned()),
@@ -61,22 +66,23 @@ pub fn thickness(args: &ThicknessArgs, machine: Machine) -> Result<(), CommandEr
     paint(&mut picture, &scene, surface, mesh, values, &scale);
     let unplotted = |reason| CommandError::Figure { what: "the picture".into(), reason };
     let drawn = figure(&picture, name, &scale, statistics).map_err(unplotted)?;
-    let record = Record { volume: volume.name(), iso: layer.iso, method: name, statistics };
+    let record = Record { volume: volume.name(), iso: layer.iso, method: name, as_cut: args.as_cut, statistics };
     let json = serde_json::to_string_pretty(&record).expect("the record has only numbers, texts and lists");
     write_whole(&args.out.join("thickness.csv"), export::map_csv(mesh, values).as_bytes())?;
     write_whole(&args.out.join("thickness.ply"), &export::map_ply(mesh, values, |mm| scale.color(mm)))?;
     write_whole(&args.out.join("thickness.json"), json.as_bytes())?;
     write_figure(&args.out.join("thickness.png"), drawn)?;
-    let [least, greatest, p5, p25, median, p75, p95] = statistics.quantiles_mm;
+    let mm = |value: f64| fixed(value, 3);
+    let [least, greatest, p5, p25, median, p75, p95] = statistics.quantiles_mm.map(mm);
     print(&format!(
-        "{}, isovalue {}, thickness {name}\n  surface   {:.1} mm², {} points, {} more without a value\n  mean      {:.3} ± {:.3} mm (standard deviation)\n  median    {median:.3} mm; half of the surface from {p25:.3} to {p75:.3}, 90 % from {p5:.3} to {p95:.3}, all from {least:.3} to {greatest:.3}\n{}: thickness.csv, thickness.ply, thickness.json, thickness.png\n",
+        "{}, isovalue {}, thickness {name}\n  surface   {} mm², {} points, {} more without a value\n  mean      {} ± {} mm (standard deviation)\n  median    {median} mm; half of the surface from {p25} to {p75}, 90 % from {p5} to {p95}, all from {least} to {greatest}\n{}: thickness.csv, thickness.ply, thickness.json, thickness.png\n",
         volume.name(),
-        layer.iso,
-        statistics.area_mm2,
+        significant(layer.iso, 6),
+        fixed(statistics.area_mm2, 1),
         statistics.count,
         statistics.unknown,
-        statistics.mean_mm,
-        statistics.deviation_mm,
+        mm(statistics.mean_mm),
+        mm(statistics.deviation_mm),
         args.out.display(),
     ))
 }

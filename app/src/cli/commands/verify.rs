@@ -3,6 +3,7 @@
 use crate::cli::args::VerifyArgs;
 use crate::cli::error::CommandError;
 use crate::cli::terminal::{print, warn};
+use bregma_measure::numbers::fixed;
 use bregma_session::record::{Verdict, Verifier, read};
 use std::path::Path;
 
@@ -20,7 +21,7 @@ pub fn verify(args: &VerifyArgs) -> Result<(), CommandError> {
                 all += 1;
                 let what = match length.verdict {
                     Verdict::Holds => "holds".to_owned(),
-                    Verdict::Differs { was_mm, is_mm } => format!("was {was_mm:.6} mm and is {is_mm:.6} mm"),
+                    Verdict::Differs { was_mm, is_mm } => format!("was {} mm and is {} mm", fixed(was_mm, 6), fixed(is_mm, 6)),
                     Verdict::Gone(why) => why.to_owned(),
                 };
                 held += usize::from(length.verdict == Verdict::Holds);

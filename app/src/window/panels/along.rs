@@ -2,6 +2,7 @@
 
 use super::super::picture::cast::Found;
 use super::super::picture::marks::round_down;
+use bregma_measure::numbers::{fixed, suffix};
 use egui::{Align2, Color32, FontId, Painter, Pos2, Rangef, Rect, Role, Sense, Shape, Stroke, TextWrapMode, Ui, WidgetInfo, WidgetText};
 use egui::{TextStyle, pos2, vec2};
 
@@ -43,7 +44,7 @@ pub fn show(ui: &mut Ui, found: &Found, hovered_mm: &mut Option<f64>) {
         ui.painter().galley(pos2(rect.left(), row.center() - name.size().y / 2.0), name, ui.visuals().text_color());
         ui.painter().rect_filled(Rect::from_x_y_ranges(scale.x, row), 2.0, ui.visuals().extreme_bg_color);
         let bones: Vec<[f64; 2]> = volume.segments.iter().map(|s| [s.from_mm, s.to_mm]).collect();
-        let lengths: Vec<String> = volume.segments.iter().map(|s| format!("{:.2}", s.length_mm)).collect();
+        let lengths: Vec<String> = volume.segments.iter().map(|s| fixed(s.length_mm, 2)).collect();
         bones_in(ui.painter(), &scale, row, &bones, &lengths, color);
     }
     let plot = Rect::from_x_y_ranges(scale.x, rect.top() + bars..=rect.top() + bars + PROFILE);
@@ -108,11 +109,11 @@ fn profile(ui: &Ui, found: &Found, scale: &Scale, plot: Rect) {
 
 /// What the volumes have at `t_mm`.
 fn values(found: &Found, t_mm: f64) -> String {
-    let mut text = format!("{t_mm:.2} mm along the ray");
+    let mut text = format!("{} mm along the ray", fixed(t_mm, 2));
     for ((volume, _), points) in found.volumes().zip(&found.profiles) {
         let after = points.partition_point(|[t, _]| *t < t_mm);
         if let Some([_, value]) = points.get(after).filter(|_| after > 0) {
-            text += &format!("\n{}: {value:.0}{}", volume.name, bregma_measure::export::suffix(volume.unit));
+            text += &format!("\n{}: {}{}", volume.name, fixed(*value, 0), suffix(volume.unit));
         }
     }
     text

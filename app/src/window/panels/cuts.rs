@@ -87,7 +87,8 @@ fn add(ui: &mut Ui, work: &mut Work, bounds: &Bounds) {
             let radius_mm = (high - low).truncate().max_element() / 2.0;
             scene.clips.push(Clip::all(Shape::Cylinder { centre_mm: bounds.centre_mm, axis: DVec3::Z, radius_mm }));
         }
-        let last: Vec<DVec3> = work.measured.landmarks.iter().rev().take(3).rev().map(|l| l.point_mm).collect();
+        let last: Vec<DVec3> =
+            work.measured.landmarks.iter().rev().filter_map(|l| l.point_mm).take(3).collect::<Vec<_>>().into_iter().rev().collect();
         let through = <[DVec3; 3]>::try_from(last).ok().and_then(Clip::through);
         let hint = "The plane through the last three landmarks, such as nasion, bregma and inion for the mid-sagittal one";
         let button = ui.add_enabled(through.is_some(), egui::Button::new("Through three landmarks"));

@@ -8,6 +8,8 @@ use super::super::widgets::{color_button, line};
 use super::along;
 use super::ray_form::RayForm;
 use super::stretches;
+use bregma_measure::export::Named;
+use bregma_session::record::made;
 use bregma_session::save;
 use egui::{Align, DragValue, Id, Layout, Role, ScrollArea, TextEdit, Ui, WidgetInfo};
 use egui_plot::{Line, LineStyle, Plot, VLine};
@@ -23,12 +25,22 @@ pub fn show(ui: &mut Ui, bench: &mut Bench, form: &mut RayForm) {
         return;
     }
     if list(ui, &mut bench.work.measured) {
-        bench.save(ui.ctx(), SAVE, |bench, file| save::rays(file, &bench.rays(), || bench.work.records(&bench.rays())));
+        bench.save(ui.ctx(), SAVE, |bench, file| {
+            let names = bench.work.measured.rays.iter().map(|named| named.name.as_str());
+            let named: Vec<Named<'_>> = names.zip(&bench.found).map(|(name, found)| Named { name, found: &found.ray }).collect();
+            save::rays(file, &named, &made(&bench.work.opened), || bench.work.records(&bench.rays()))
+        });
     }
     ui.separator();
     ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
-        if let Some(found) = bench.found.get_mut(bench.work.measured.selected) {
+        let n = bench.work.measured.selected;
+        if let Some((found, named)) = bench.found.get_mut(n).zip(bench.work.measured.rays.get_mut(n)) {
+            let has_cuts = bench.work.opened.scene.clips.iter().any(|clip| clip.enabled);
             selected(ui, found, &mut bench.hovered_mm);
+            if has_cuts || named.as_cut {
+                let hint = "Measures only what the cuts leave; otherwise a cut is a way of looking, and the whole bone is measured";
+                ui.checkbox(&mut named.as_cut, "As cut").on_hover_text(hint);
+            }
         }
     });
 }
@@ -83,6 +95,7 @@ fn listed(ui: &mut Ui, measured: &mut Measured, n: usize) -> bool {
 
 /// What a ray found: the drawing, the tables below each other, and what is seldom asked for.
 fn selected(ui: &mut Ui, found: &mut Found, hovered_mm: &mut Option<f64>) {
+    stretches::differences(ui, found);
     along::show(ui, found, hovered_mm);
     stretches::show(ui, found, hovered_mm);
     ui.collapsing("Who is inside where", |ui| stretches::ledger(ui, found));

@@ -1,9 +1,45 @@
-//! What the selected ray found in numbers: each volume's stretches of bone, one table below the other, and who is inside where.
+//! What the selected ray found in numbers: how much longer the second scan's stretches of bone are, then each scan's stretches, one table
+//! below the other, and who is inside where.
 
 use super::super::picture::cast::Found;
-use bregma_measure::export::suffix;
-use bregma_measure::{LedgerEntry, Segment, Uncertainty, VolumeRecord};
+use bregma_measure::export;
+use bregma_measure::numbers::{fixed, signed, suffix};
+use bregma_measure::{Difference, LedgerEntry, Segment, Uncertainty, VolumeRecord};
 use egui::{Align, Color32, Grid, Label, Layout, RichText, Ui};
+
+/// The number that people come for: each pair of stretches that belong together, the second scan's less the first's.
+pub fn differences(ui: &mut Ui, found: &Found) {
+    for note in &found.ray.notes {
+        ui.colored_label(ui.visuals().warn_fg_color, note);
+    }
+    for pair in &found.ray.pairs {
+        ui.add(Label::new(RichText::new(format!("{} − {}", pair.b, pair.a)).strong()).truncate());
+        Grid::new(("differences", pair.volumes)).spacing([9.0, 2.0]).min_col_width(0.0).show(ui, |ui| {
+            for d in &pair.differences {
+                let parts = parts(&d.uncertainty, "");
+                ui.label(RichText::new(signed(d.difference_mm, 2)).strong().size(17.0)).on_hover_text(&parts);
+                ui.label(RichText::new(format!("± {} mm", mm(d.uncertainty.error_mm))).size(15.0)).on_hover_text(parts);
+                ui.add(Label::new(RichText::new(which(d)).weak()).truncate()).on_hover_text(export::difference(d));
+                ui.end_row();
+            }
+        });
+        ui.weak(export::of_their_errors(pair));
+        for sentence in export::alone(pair) {
+            ui.colored_label(ui.visuals().warn_fg_color, sentence);
+        }
+    }
+    if !found.ray.pairs.is_empty() {
+        ui.add_space(4.0);
+    }
+}
+
+/// Which stretches a difference is of, and what must be known about it.
+fn which(d: &Difference) -> String {
+    let bones = |numbers: &[usize]| numbers.iter().map(usize::to_string).collect::<Vec<_>>().join("+");
+    let of = if d.a == d.b { format!("bone {}", bones(&d.a)) } else { format!("bone {} and {}", bones(&d.b), bones(&d.a)) };
+    let flags = [(d.united, "united"), (d.partial, "in part"), (d.below_resolution, "below resolution")];
+    flags.iter().filter(|(set, _)| *set).fold(of, |text, (_, flag)| format!("{text}, {flag}"))
+}
 
 /// Each volume's table.
 pub fn show(ui: &mut Ui, found: &Found, hovered_mm: &mut Option<f64>) {
@@ -37,7 +73,7 @@ fn segments(ui: &mut Ui, volume: &VolumeRecord, color: Color32, hovered_mm: &mut
         });
     });
     if volume.segments.is_empty() {
-        ui.label(if volume.box_mm.is_some() { "no bone" } else { "the ray misses this scan" });
+        ui.label(volume.meets.absence().unwrap_or_default());
         return;
     }
     Grid::new("segments").striped(true).spacing([9.0, 3.0]).min_col_width(0.0).show(ui, |ui| {
@@ -68,7 +104,8 @@ fn row(ui: &mut Ui, n: usize, s: &Segment, volume: &VolumeRecord, hovered_mm: &m
     if length.inner.hovered() {
         *hovered_mm = Some(0.5 * (s.from_mm + s.to_mm));
     }
-    let parts = parts(&s.uncertainty, volume.iso_tolerance, suffix(volume.unit));
+    let tolerance = format!(" ± {}{}", fixed(volume.iso_tolerance, 1), suffix(volume.unit));
+    let parts = parts(&s.uncertainty, &tolerance);
     ui.with_layout(Layout::right_to_left(Align::Center), |ui| ui.label(mm(s.uncertainty.error_mm)).on_hover_text(parts));
     right(ui, RichText::new(s.half_maximum_mm.map_or("–".to_owned(), mm)));
     right(ui, RichText::new(format!("{:.0}°", s.obliquity_deg[0].max(s.obliquity_deg[1]))));
@@ -78,7 +115,8 @@ fn row(ui: &mut Ui, n: usize, s: &Segment, volume: &VolumeRecord, hovered_mm: &m
 fn flags(ui: &mut Ui, n: usize, s: &Segment) {
     let flags = [
         (s.from_origin, "begins inside", "The ray begins in this bone: it is longer than this"),
-        (s.clipped, "cut by the scan's edge", "It begins or ends at a face of the scan: the bone may go on"),
+        (s.cut, "cut", "It begins or ends at a cut: the bone goes on"),
+        (s.clipped && !s.cut, "cut by the scan's edge", "It begins or ends at a face of the scan: the bone may go on"),
         (s.below_resolution, "below resolution", "Thinner than the scan resolves: a threshold cannot measure it"),
     ];
     for (_, flag, why) in flags.iter().filter(|(set, ..)| *set) {
@@ -86,17 +124,17 @@ fn flags(ui: &mut Ui, n: usize, s: &Segment) {
     }
 }
 
-/// What a length's uncertainty consists of.
-fn parts(u: &Uncertainty, tolerance: f64, unit: &str) -> String {
+/// What an uncertainty consists of; `tolerance` is by how much the isovalue may be wrong.
+fn parts(u: &Uncertainty, tolerance: &str) -> String {
     format!(
-        "isovalue ± {tolerance:.1}{unit}: {:.3} mm\nnoise: {:.3} mm\nbetween samples: {:.3} mm\nregistration: {}\nroots: {:.1e} mm\n(as squares) and blur: {:.3} mm\ntogether: {:.3} mm",
-        u.threshold_error_mm,
-        u.noise_error_mm,
-        u.sampling_error_mm,
-        u.registration_error_mm.map_or("not known".to_owned(), |mm| format!("{mm:.3} mm")),
+        "isovalue{tolerance}: {} mm\nnoise: {} mm\nbetween samples: {} mm\nregistration: {}\nroots: {:.1e} mm\n(as squares) and blur: {} mm\ntogether: {} mm",
+        fixed(u.threshold_error_mm, 3),
+        fixed(u.noise_error_mm, 3),
+        fixed(u.sampling_error_mm, 3),
+        u.registration_error_mm.map_or("not known".to_owned(), |mm| format!("{} mm", fixed(mm, 3))),
         u.root_error_mm,
-        u.blur_error_mm,
-        u.error_mm
+        fixed(u.blur_error_mm, 3),
+        fixed(u.error_mm, 3)
     )
 }
 
@@ -121,7 +159,7 @@ pub fn ledger(ui: &mut Ui, found: &Found) {
 
 /// Hundredths of a millimetre, which no scan of a skull resolves; never a negative zero.
 pub fn mm(value: f64) -> String {
-    bregma_measure::numbers::fixed(value, 2)
+    fixed(value, 2)
 }
 
 /// Numbers stand under each other, units under units.

@@ -143,7 +143,7 @@ impl ThicknessPanel {
         for (method, name, what) in METHODS {
             ui.radio_value(&mut self.method, method, name).on_hover_text(what);
         }
-        self.place(ui, work.measured.landmarks.last());
+        self.place(ui, work.measured.landmarks.iter().rfind(|l| l.point_mm.is_some()));
         if ui.button("Measure the thickness").clicked()
             && let Some(order) = self.order(work)
         {
@@ -155,7 +155,7 @@ impl ThicknessPanel {
     fn place(&mut self, ui: &mut Ui, last: Option<&Landmark>) {
         ui.horizontal(|ui| {
             let mut everywhere = self.patch_mm.is_none() || last.is_none();
-            ui.radio_value(&mut everywhere, true, "Whole surface").on_hover_text("What the cuts leave of it");
+            ui.radio_value(&mut everywhere, true, "Whole surface").on_hover_text("Whatever is cut to look at it");
             ui.add_enabled_ui(last.is_some(), |ui| {
                 let hint = "A landmark says where (Measure › Landmark): the last one counts";
                 ui.radio_value(&mut everywhere, false, "Around a landmark").on_hover_text(hint).on_disabled_hover_text(hint);
@@ -174,14 +174,14 @@ impl ThicknessPanel {
 
     /// What is asked for, if there is a scan.
     fn order(&self, work: &Work) -> Option<Order> {
-        let (opened, last) = (&work.opened, work.measured.landmarks.last());
+        let (opened, last) = (&work.opened, work.measured.landmarks.iter().rfind(|l| l.point_mm.is_some()));
         let (volume, layer) = (opened.volumes.get(self.index)?, opened.scene.layers.get(self.index)?);
         let name = METHODS.iter().find(|(m, ..)| *m == self.method).map_or("", |(_, name, _)| name).to_lowercase();
         let patch = self.patch_mm.and_then(|mm| Some((last?, mm)));
         let place = patch.map(|(landmark, mm)| format!(", within {mm} mm of {}", landmark.name)).unwrap_or_default();
         let title = format!("{}, thickness {name}{place}", volume.name());
         let mut order = Order::new(volume, layer, self.index, self.method.along(opened.scene.camera.basis().forward), title);
-        (order.clips, order.patch) = (opened.scene.clips.clone(), patch.map(|(landmark, mm)| (landmark.point_mm, mm)));
+        order.patch = patch.and_then(|(landmark, mm)| Some((landmark.point_mm?, mm)));
         Some(order)
     }
 }

@@ -4,9 +4,9 @@ use super::super::measured::{NamedRay, Work};
 use super::super::widgets::color;
 use super::threshold_curve::curve;
 use bregma_field::Volume;
-use bregma_measure::{DifferenceRay, Segment, VolumeRecord, probe_cut, profile};
-use bregma_renderer::{Clip, Layer, Ray, Surface};
-use bregma_session::same_scans;
+use bregma_measure::{DifferenceRay, Meets, Segment, VolumeRecord, profile};
+use bregma_renderer::{Clip, Layer, Ray, Scene, Surface};
+use bregma_session::{record, same_scans};
 use egui::Color32;
 use std::sync::Arc;
 
@@ -30,29 +30,32 @@ impl Found {
     /// Measures along all rays of the work; reuses what is `known` of those for which nothing that it depends on changed.
     pub fn refresh(mut known: Vec<Self>, work: &Work) -> Result<Vec<Self>, String> {
         let scene = &work.opened.scene;
-        let volumes = &work.opened.volumes;
-        let same = |k: &Self, ray: Ray| k.of.2 == ray && k.of.0 == scene.layers && k.of.1 == scene.clips && same_scans(&k.volumes, volumes);
-        let found = |named: &NamedRay| match known.iter().position(|k| same(k, named.ray)) {
+        let same = |k: &Self, named: &NamedRay| {
+            let same_scans = same_scans(&k.volumes, &work.opened.volumes) && k.of.0 == scene.layers;
+            same_scans && k.of.2 == named.ray && k.ray.as_cut == named.as_cut && k.of.1 == clips_of(scene, named)
+        };
+        let found = |named: &NamedRay| match known.iter().position(|k| same(k, named)) {
             Some(n) => Ok(known.swap_remove(n)),
-            None => Self::of(work, named.ray),
+            None => Self::of(work, named),
         };
         work.measured.rays.iter().map(found).collect()
     }
 
-    fn of(work: &Work, ray: Ray) -> Result<Self, String> {
-        let layers = work.opened.scene.layers.clone();
+    fn of(work: &Work, named: &NamedRay) -> Result<Self, String> {
+        let scene = Scene { clips: clips_of(&work.opened.scene, named), ..work.opened.scene.clone() };
+        let (ray, layers) = (named.ray, scene.layers.clone());
         let colors = layers.iter().filter(|l| l.visible).map(|l| color(l.color)).collect();
         let mut found = Self {
-            ray: measure(work, &ray)?,
+            ray: measure(work, &ray, named.as_cut)?,
             colors,
             profiles: vec![],
             surfaces: vec![],
             curves: None,
-            of: (layers, work.opened.scene.clips.clone(), ray),
+            of: (layers, scene.clips.clone(), ray),
             volumes: work.opened.volumes.clone(),
         };
         if let Some(extent) = found.shown_mm() {
-            let surfaces = work.opened.scene.surfaces(&work.opened.volumes).map_err(|e| e.to_string())?;
+            let surfaces = scene.surfaces(&work.opened.volumes).map_err(|e| e.to_string())?;
             found.profiles = surfaces.iter().map(|(_, s)| profile(s, &ray, extent, PROFILE_POINTS)).collect();
             found.surfaces = surfaces.into_iter().map(|(_, s)| s).collect();
         }
@@ -103,20 +106,27 @@ impl Found {
 /// Points of a density profile: more than a wide screen has pixels for.
 const PROFILE_POINTS: usize = 1000;
 
-/// The ray of pixel (x, y), begun where it enters the first scan, so that its millimetres count from there; `None` where it
-/// meets no bone.
-pub fn cast(work: &Work, x: f64, y: f64, [width, height]: [u32; 2]) -> Result<Option<Ray>, String> {
-    let ray = work.opened.scene.camera.ray(x, y, width, height);
-    let found = measure(work, &ray)?;
-    let meets_bone = found.volumes.iter().any(|v| !v.segments.is_empty());
-    // Where it enters the scans, and not what cuts leave of them today.
-    let scene = &work.opened.scene;
-    let whole = probe_cut(&work.opened.volumes, &scene.layers, &[], &ray).map_err(|e| e.to_string())?;
-    let entry = whole.ledger.first().filter(|_| meets_bone);
-    Ok(entry.map(|entry| Ray { origin: ray.at(entry.from_mm), ..ray }))
+/// The cuts that a ray's measurement depends on.
+fn clips_of(scene: &Scene, named: &NamedRay) -> Vec<Clip> {
+    if named.as_cut { scene.clips.clone() } else { vec![] }
 }
 
-fn measure(work: &Work, ray: &Ray) -> Result<DifferenceRay, String> {
-    let scene = &work.opened.scene;
-    probe_cut(&work.opened.volumes, &scene.layers, &scene.clips, ray).map_err(|e| format!("The ray cannot be cast: {e}"))
+/// The ray of pixel (x, y), begun where it enters the first scan, so that its millimetres count from there; `None` where it
+/// meets no bone that is seen. What is measured along it is the whole bone, also what was cut away before what is seen.
+pub fn cast(work: &Work, x: f64, y: f64, [width, height]: [u32; 2]) -> Result<Option<Ray>, String> {
+    let ray = work.opened.scene.camera.ray(x, y, width, height);
+    let meets_bone = measure(work, &ray, true)?.volumes.iter().any(|v| v.meets == Meets::Bone);
+    let whole = measure(work, &ray, false)?;
+    let Some(entry) = whole.ledger.first().filter(|_| meets_bone) else { return Ok(None) };
+    if !whole.volumes.iter().flat_map(|v| &v.segments).any(|s| s.from_origin) {
+        return Ok(Some(Ray { origin: ray.at(entry.from_mm), ..ray }));
+    }
+    // The eye is in bone that was cut away: the ray begins before that, where the line comes into the scans.
+    let back = measure(work, &Ray { direction: -ray.direction, ..ray }, false)?;
+    let entry_mm = back.ledger.last().map_or(0.0, |last| last.to_mm);
+    Ok(Some(Ray { origin: ray.at(-entry_mm), ..ray }))
+}
+
+fn measure(work: &Work, ray: &Ray, as_cut: bool) -> Result<DifferenceRay, String> {
+    record::measure(&work.opened, ray, as_cut).map_err(|e| format!("The ray cannot be cast: {e}"))
 }

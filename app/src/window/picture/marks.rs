@@ -135,7 +135,7 @@ pub fn hovered(painter: &Painter, screen: &Screen<'_>, found: &Found, t_mm: f64)
 
 /// A landmark.
 pub fn landmark(painter: &Painter, screen: &Screen<'_>, landmark: &Landmark) {
-    if let Some(at) = screen.point(landmark.point_mm) {
+    if let Some(at) = landmark.point_mm.and_then(|p| screen.point(p)) {
         painter.circle(at, 4.0, Color32::WHITE, Stroke::new(2.0, Color32::from_rgb(200, 30, 30)));
         text(painter, at + vec2(8.0, -8.0), Align2::LEFT_CENTER, &landmark.name, 13.0);
     }

@@ -218,7 +218,7 @@ impl View {
     fn hold_landmark(&mut self, ui: &Ui, response: &Response, work: &mut Work, rect: Rect, size: [u32; 2]) {
         let screen = Screen { camera: &work.opened.scene.camera, rect, size };
         let near = |at: Pos2| {
-            let away = |l: &bregma_session::Landmark| screen.point(l.point_mm).map_or(f32::INFINITY, |p| p.distance(at));
+            let away = |l: &bregma_session::Landmark| l.point_mm.and_then(|p| screen.point(p)).map_or(f32::INFINITY, |p| p.distance(at));
             let nearest = work.measured.landmarks.iter().map(away).enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
             nearest.filter(|(_, away)| *away <= LANDMARK_REACH).map(|(n, _)| n)
         };
@@ -236,7 +236,7 @@ impl View {
         if let Ok(Some((surface, point))) = picked(work, None, &ray)
             && let Some(landmark) = work.measured.landmarks.get_mut(n)
         {
-            landmark.point_mm = landmark_at(&surface, point);
+            landmark.point_mm = Some(landmark_at(&surface, point));
         }
         if response.drag_stopped() {
             self.held_landmark = None;
@@ -269,7 +269,7 @@ impl View {
             Tool::Normal => {
                 work.measured.add_ray(normal_ray(&surface, point).ok_or("The surface has no direction there: click beside it.")?);
             }
-            Tool::Landmark => work.measured.add_landmark(landmark_at(&surface, point)),
+            Tool::Landmark => work.measured.set_landmark(landmark_at(&surface, point), surface.volume.name()),
             _ => match self.first_point.take() {
                 None => self.first_point = Some(point),
                 Some(first) => {
