@@ -30,7 +30,7 @@ use thiserror::Error;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Opened {
-    /// Where they came from; empty for the built-in pair.
+    /// Where they came from.
     pub sources: Vec<Source>,
     /// The scans.
     pub volumes: Vec<Arc<Volume>>,
@@ -87,9 +87,9 @@ impl Opened {
 
     /// The built-in demo pair.
     pub fn demo(size: usize, progress: &Progress) -> Result<Self, InputError> {
-        let pair = [Which::A, Which::B].map(|which| bregma_synthetic::skull(which, size, progress).map(Arc::new));
-        let [a, b] = pair;
-        Ok(Self::new(vec![], vec![a?, b?]))
+        let sources = [Which::A, Which::B].map(|which| Source::built_in(which, size));
+        let volumes = sources.iter().map(|source| load(source, progress)).collect::<Result<_, _>>()?;
+        Ok(Self::new(sources.into(), volumes))
     }
 
     /// Reads scans, each with its registration, and sessions with theirs, as well as landmarks and registrations in files of their own. The
@@ -123,8 +123,8 @@ impl Opened {
         let (expanded, mut sessions) = expand(sources, progress, on_error)?;
         let mut read = vec![];
         for (source, layer) in expanded {
-            match source.scan(progress).and_then(|scan| scan.load(progress)).map_err(InputError::from) {
-                Ok(volume) => read.push((source, Arc::new(volume), layer)),
+            match load(&source, progress) {
+                Ok(volume) => read.push((source, volume, layer)),
                 Err(error) => {
                     on_error(error)?;
                     // A session without one of its scans is no session: what opens of it are scans.
@@ -291,6 +291,14 @@ fn bone_points(surface: &Surface) -> Vec<DVec3> {
     ends.flatten().flat_map(corners).collect()
 }
 
+/// The scan of a source in memory.
+fn load(source: &Source, progress: &Progress) -> Result<Arc<Volume>, InputError> {
+    Ok(Arc::new(match source.built_in {
+        Some(skull) => skull.scan(progress)?,
+        None => source.scan(progress)?.load(progress)?,
+    }))
+}
+
 /// A scan, and the layer that a session has for it.
 type Expanded = (Source, Option<Layer>);
 /// The number of a session's first scan, and the session.
@@ -345,7 +353,7 @@ pub fn same_scans(a: &[Arc<Volume>], b: &[Arc<Volume>]) -> bool {
 pub fn without_spacing(sources: &[Source], progress: &Progress) -> Result<Option<usize>, InputError> {
     // What cannot be read is told when it is read.
     for (source, layer) in expand(sources, progress, &mut |_| Ok(()))?.0 {
-        let asks = || source.scan(progress).is_ok_and(|scan| !scan.spacing_is_stated());
+        let asks = || source.built_in.is_none() && source.scan(progress).is_ok_and(|scan| !scan.spacing_is_stated());
         if layer.is_none() && source.spacing_mm.is_none() && asks() {
             return Ok(sources.iter().position(|s| *s == source));
         }
@@ -362,11 +370,11 @@ impl Session {
     /// The session of `opened`, with files named relative to `folder` where they lie below it.
     pub fn of(opened: &Opened, folder: &Path) -> Self {
         let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
-        let name = |file: &Path| {
-            let file = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
-            file.strip_prefix(&folder).map(Path::to_owned).unwrap_or(file)
+        let named = |source: &Source| {
+            let source = source.absolute();
+            Source { file: source.file.strip_prefix(&folder).map(Path::to_owned).unwrap_or(source.file.clone()), ..source }
         };
-        let volumes = opened.sources.iter().map(|s| Source { file: name(&s.file), ..s.clone() }).collect();
+        let volumes = opened.sources.iter().map(named).collect();
         Self {
             bregma_session: 1,
             volumes,

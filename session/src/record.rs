@@ -17,14 +17,13 @@ use thiserror::Error;
 const PROGRAM: &str = concat!("bregma ", env!("CARGO_PKG_VERSION"));
 
 impl Origin {
-    /// Of what is open, with files named from the root on. The built-in pair has no files.
+    /// Of what is open, with files named from the root on; `None` where the scans of what is open have no sources.
     pub fn of(opened: &Opened) -> Option<Self> {
         if opened.sources.len() != opened.volumes.len() {
             return None;
         }
-        let named = |s: &Source| Source { file: std::path::absolute(&s.file).unwrap_or_else(|_| s.file.clone()), ..s.clone() };
         let scans = opened.sources.iter().zip(&opened.volumes).zip(&opened.scene.layers).map(|((source, volume), layer)| MeasuredScan {
-            source: named(source),
+            source: source.absolute(),
             content: volume.content(),
             layer: layer.clone(),
         });
@@ -34,7 +33,7 @@ impl Origin {
 
 /// What stands in every row of a table of what is measured now.
 pub fn made(opened: &Opened) -> Made {
-    let file = |source: &Source| std::path::absolute(&source.file).unwrap_or_else(|_| source.file.clone()).display().to_string();
+    let file = |source: &Source| source.absolute().file.display().to_string();
     Made { program: PROGRAM.into(), date: now(), files: opened.sources.iter().map(file).collect() }
 }
 

@@ -95,7 +95,7 @@ impl Session {
             return Err(fail("how it compares scans has a number that cannot be".into()));
         }
         let folder = file.parent().unwrap_or(Path::new(""));
-        for volume in &mut session.volumes {
+        for volume in session.volumes.iter_mut().filter(|volume| volume.built_in.is_none()) {
             volume.file = folder.join(&volume.file);
         }
         Ok(Some(session))

@@ -1,7 +1,8 @@
 //! A scan as the person names it.
 
-use bregma_field::Progress;
 use bregma_field::formats::{self, Hints, OpenError, RawLayout, RawLayoutError, Reduce, Scan, Uneven};
+use bregma_field::{Cancelled, Progress, Volume};
+use bregma_synthetic::Which;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -24,6 +25,9 @@ pub struct Source {
     /// What is done with slices that are not evenly spaced.
     #[serde(default, skip_serializing_if = "Uneven::is_default")]
     pub uneven: Uneven,
+    /// The skull of the built-in pair that it is, instead of a file; `file` is its name then.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub built_in: Option<BuiltIn>,
     /// A registration file that moves it; a session holds the matrix in its scene instead.
     #[serde(skip)]
     pub transform: Option<PathBuf>,
@@ -35,11 +39,62 @@ impl Source {
         self.file.file_name().unwrap_or(self.file.as_os_str()).to_string_lossy().into_owned()
     }
 
+    /// A skull of the built-in pair.
+    pub fn built_in(which: Which, samples: usize) -> Self {
+        let built_in = BuiltIn { which, samples };
+        Self { file: built_in.name().into(), built_in: Some(built_in), ..Self::default() }
+    }
+
+    /// The same with its file named from the root on; what is built in has no place.
+    pub fn absolute(&self) -> Self {
+        let file = if self.built_in.is_some() { Ok(self.file.clone()) } else { std::path::absolute(&self.file) };
+        Self { file: file.unwrap_or_else(|_| self.file.clone()), ..self.clone() }
+    }
+
     /// Reads the headers of the scan.
     pub fn scan(&self, progress: &Progress) -> Result<Scan, OpenError> {
         let raw = self.raw.as_ref().map(|raw| raw.layout);
         let hints = Hints { spacing_mm: self.spacing_mm, raw, reduce: self.reduce, uneven: self.uneven, series: None };
         formats::scan(&self.file, &hints, progress)
+    }
+}
+
+/// One of the two built-in skulls, with so many samples along its longest side; files keep it as its letter and that number.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct BuiltIn {
+    which: Which,
+    samples: usize,
+}
+
+/// More would not be a demonstration, and a damaged session asks for no more memory than this takes.
+const MOST_SAMPLES: usize = 512;
+
+impl BuiltIn {
+    /// What it is called.
+    pub fn name(self) -> &'static str {
+        if self.which == Which::A { "skull A" } else { "skull B" }
+    }
+
+    /// Makes its scan.
+    pub fn scan(self, progress: &Progress) -> Result<Volume, Cancelled> {
+        bregma_synthetic::skull(self.which, self.samples, progress)
+    }
+}
+
+impl TryFrom<String> for BuiltIn {
+    type Error = String;
+
+    fn try_from(words: String) -> Result<Self, String> {
+        let which = [("A", Which::A), ("B", Which::B)].into_iter().find_map(|(letter, which)| Some((which, words.strip_prefix(letter)?)));
+        let known = which.and_then(|(which, samples)| Some(Self { which, samples: samples.trim().parse().ok()? }));
+        known.filter(|known| (2..=MOST_SAMPLES).contains(&known.samples)).ok_or_else(|| format!("there is no built-in skull {words}"))
+    }
+}
+
+impl From<BuiltIn> for String {
+    fn from(BuiltIn { which, samples }: BuiltIn) -> Self {
+        format!("{} {samples}", if which == Which::A { "A" } else { "B" })
     }
 }
 

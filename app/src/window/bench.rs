@@ -18,6 +18,7 @@ use bregma_session::save::SaveError;
 use bregma_session::{Kind, Opened, Source};
 use egui::{Context, Id, Modal};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// What is done with the files that a person chose.
 type Then = Box<dyn FnOnce(&mut Bench, &Context, Vec<PathBuf>)>;
@@ -87,6 +88,11 @@ impl Bench {
         self.work.opened.volumes.is_empty()
     }
 
+    /// Scans are on their way that others would be in the way of.
+    pub fn is_busy(&self) -> bool {
+        self.loading.as_ref().is_some_and(|loading| !loading.refines)
+    }
+
     /// Nobody is asked for a file.
     pub fn can_ask(&self) -> bool {
         self.asking.is_none()
@@ -143,7 +149,7 @@ impl Bench {
     }
 
     fn read(&mut self, begin: impl FnOnce(&Context) -> Loading, ctx: &Context) {
-        if self.loading.is_some() {
+        if self.is_busy() {
             self.messages.error("Other scans are still loading: wait for them or cancel, then open these again.");
         } else {
             self.loading = Some(begin(ctx));
@@ -156,7 +162,7 @@ impl Bench {
             match result {
                 Ok((opened, errors)) => {
                     errors.into_iter().for_each(|text| self.messages.error(text));
-                    self.receive(opened);
+                    self.receive(ctx, opened);
                 }
                 Err(text) => {
                     self.loading = None;
@@ -183,8 +189,12 @@ impl Bench {
         }
     }
 
-    fn receive(&mut self, mut opened: Opened) {
+    fn receive(&mut self, ctx: &Context, mut opened: Opened) {
         let Some(loading) = self.loading.take() else { return };
+        if loading.refines {
+            self.refine(&opened);
+            return;
+        }
         self.remembered.opened(&loading.named);
         if loading.adds && !self.is_empty() {
             self.work.measured.landmarks.append(&mut opened.landmarks);
@@ -206,6 +216,25 @@ impl Bench {
             self.document = Document::new(kept.belongs_to(), &nothing);
             self.recovery.go_on_from(kept);
         }
+        if loading.then_finer {
+            self.loading = Some(Loading::finer_demo(ctx));
+        }
+    }
+
+    /// Puts finer scans in the places of the coarse ones, now and wherever undo leads.
+    fn refine(&mut self, finer: &Opened) {
+        let refine = |work: &mut Work| {
+            let opened = &mut work.opened;
+            for (source, volume) in opened.sources.iter_mut().zip(&mut opened.volumes) {
+                let same = |fine: &Source| fine.built_in.is_some() && source.built_in.is_some() && fine.file == source.file;
+                if let Some(n) = finer.sources.iter().position(same) {
+                    (*source, *volume) = (finer.sources[n].clone(), Arc::clone(&finer.volumes[n]));
+                }
+            }
+        };
+        refine(&mut self.work);
+        self.history.change_all(refine);
+        self.document.change(refine);
     }
 
     /// Shows the list of commands, where it is open. Gives the one that is chosen.

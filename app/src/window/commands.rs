@@ -62,7 +62,7 @@ pub const COMMANDS: &[Command] = &[
 ];
 
 fn can_open(_: &Panels, bench: &Bench) -> Allowed {
-    if bench.loading.is_some() {
+    if bench.is_busy() {
         return Err("Other scans are still loading");
     }
     if bench.can_ask() { Ok(()) } else { Err("A file is being asked for already") }

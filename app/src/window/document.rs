@@ -35,6 +35,11 @@ impl Document {
         Self { file, saved: work.clone() }
     }
 
+    /// Changes what is saved as the work was changed: by what is none of the person's doing.
+    pub fn change(&mut self, change: impl Fn(&mut Work)) {
+        change(&mut self.saved);
+    }
+
     /// Nothing of the work would be lost: how it was looked at last is no work.
     pub fn is_saved(&self, work: &Work) -> bool {
         work.opened.volumes.is_empty() || self.saved.same_work(work)

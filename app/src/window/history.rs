@@ -52,6 +52,11 @@ impl History {
         closed.values().sum()
     }
 
+    /// Changes all states alike: what is no step.
+    pub fn change_all(&mut self, change: impl Fn(&mut Work)) {
+        self.past.iter_mut().chain([&mut self.present]).chain(&mut self.future).for_each(change);
+    }
+
     /// There is a step to take back.
     pub fn can_undo(&self) -> bool {
         !self.past.is_empty()

@@ -7,7 +7,7 @@ use super::widgets::line;
 use super::words::in_the_window;
 use bregma_field::Progress;
 use bregma_field::formats::{OpenError, ReadError, Reduce, Uneven};
-use bregma_session::{DEMO_SIZE, InputError, Opened, Source, without_spacing};
+use bregma_session::{DEMO_SIZE, InputError, Kind, Opened, Source, without_spacing};
 use egui::{Align2, Area, Context, DragValue, Frame, Id, Order, Rect, Ui, vec2};
 use glam::DVec3;
 use std::path::PathBuf;
@@ -18,6 +18,10 @@ pub struct Loading {
     state: State,
     /// The scans join those that are open, instead of taking their place.
     pub adds: bool,
+    /// What is made is coarse, and is made again finer.
+    pub then_finer: bool,
+    /// The scans are finer ones of those that are open, and take their places.
+    pub refines: bool,
     /// What the person named, to be named again by a click.
     pub named: Vec<PathBuf>,
     /// The session that is read.
@@ -60,15 +64,27 @@ enum About {
     Uneven(String),
 }
 
+/// Samples along the longest side of the pair that is shown first.
+const COARSE_SIZE: usize = 96;
+
 impl Loading {
-    /// Computes the built-in pair.
+    /// Makes the built-in pair, coarse, so that there is something to see at once.
     pub fn demo(ctx: &Context) -> Self {
-        let make = |progress: &_| -> Result<Read, InputError> { Ok(Read::Opened(Box::new(Opened::demo(DEMO_SIZE, progress)?), vec![])) };
+        Self { then_finer: true, ..Self::making(ctx, COARSE_SIZE) }
+    }
+
+    /// Makes it as fine as it is.
+    pub fn finer_demo(ctx: &Context) -> Self {
+        Self { refines: true, ..Self::making(ctx, DEMO_SIZE) }
+    }
+
+    fn making(ctx: &Context, size: usize) -> Self {
+        let make = move |progress: &_| -> Result<Read, InputError> { Ok(Read::Opened(Box::new(Opened::demo(size, progress)?), vec![])) };
         Self::of(State::Reading(Job::start(ctx, "Making the demo pair".into(), make)))
     }
 
     fn of(state: State) -> Self {
-        Self { state, adds: false, named: vec![], session: None, recovered: None }
+        Self { state, adds: false, then_finer: false, refines: false, named: vec![], session: None, recovered: None }
     }
 
     /// Reads scans or a session.
@@ -76,7 +92,7 @@ impl Loading {
         let named = sources.iter().map(|source| source.file.clone()).collect();
         // A session brings its own scene, which replaces what is open.
         let session = match &sources[..] {
-            [only] if only.file.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")) => Some(only.file.clone()),
+            [only] if Kind::of(only) == Kind::Session => Some(only.file.clone()),
             _ => None,
         };
         Self { adds: adds && session.is_none(), named, session, ..Self::of(State::reading(ctx, sources)) }

@@ -132,7 +132,7 @@ pub fn show<'a, P>(
 fn recent(ui: &mut Ui, bench: &Bench) -> Option<Vec<PathBuf>> {
     ui.separator();
     let recent = bench.remembered.recent();
-    let menu = ui.add_enabled_ui(!recent.is_empty() && bench.loading.is_none(), |ui| {
+    let menu = ui.add_enabled_ui(!recent.is_empty() && !bench.is_busy(), |ui| {
         ui.menu_button("Open recent", |ui| {
             ui.set_max_width(340.0);
             let name = |path: &PathBuf| path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();

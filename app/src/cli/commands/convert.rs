@@ -25,7 +25,7 @@ pub fn convert(args: &ConvertArgs) -> Result<(), CommandError> {
         raw: to.raw.clone().or(from.raw.clone()),
         reduce: to.reduce.or(from.reduce),
         uneven: if to.uneven.is_default() { from.uneven } else { to.uneven },
-        transform: None,
+        ..Source::default()
     };
     let load = |progress: &_| source.scan(progress)?.load(progress);
     let volume = with_progress("reading", load).map_err(InputError::from)?;

@@ -60,11 +60,7 @@ impl Shown {
 
 fn close(work: &mut Work, n: usize) {
     let opened = &mut work.opened;
-    // The built-in pair comes first and has no files.
-    let without_file = opened.volumes.len() - opened.sources.len();
-    if let Some(source) = n.checked_sub(without_file) {
-        opened.sources.remove(source);
-    }
+    opened.sources.remove(n);
     opened.volumes.remove(n);
     opened.scene.layers.remove(n);
     cuts::forget_layer(&mut opened.scene.clips, n);
