@@ -133,6 +133,15 @@ impl Split {
 }
 
 impl RenderError {
+    /// Whether the graphics card itself failed: what it holds is gone, and it may be back later.
+    pub fn is_lost_device(&self) -> bool {
+        match self {
+            #[cfg(feature = "gpu")]
+            Self::Gpu(GpuError::Failed { .. }) => true,
+            _ => false,
+        }
+    }
+
     /// Whether another solver would be drawn.
     pub fn is_solver(&self) -> bool {
         match self {

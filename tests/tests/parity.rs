@@ -224,3 +224,17 @@ fn a_cut_face_is_flat_and_faces_outward() {
         }
     }
 }
+
+#[test]
+fn a_lost_device_is_an_error_and_a_new_one_draws_the_same() {
+    // Fails if a device that the driver took away ends the program, goes on with an empty picture, or is not known as lost.
+    let opened = bregma_session::Opened::demo(48, &Default::default()).unwrap();
+    let mut gpu = GpuRenderer::new(true).expect("a software Vulkan driver is installed by tests/run");
+    let first = gpu.render(&opened.volumes, &opened.scene, 64, 48).unwrap();
+    gpu.lose_device();
+    let error = gpu.render(&opened.volumes, &opened.scene, 64, 48).unwrap_err();
+    assert!(error.is_lost_device(), "{error}");
+    assert!(gpu.render(&opened.volumes, &opened.scene, 96, 48).unwrap_err().is_lost_device(), "it stays lost");
+    let again = GpuRenderer::new(true).unwrap().render(&opened.volumes, &opened.scene, 64, 48).unwrap();
+    assert_eq!(again.rgba, first.rgba);
+}

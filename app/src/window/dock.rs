@@ -1,7 +1,7 @@
 //! How the window is divided: a side on the left and one on the right of the picture. Each can be folded to a strip; where the window is
 //! narrow its contents come as a drawer over the picture, which keeps its size.
 
-use egui::{Align2, Area, Color32, Context, CursorIcon, Frame, Id, Margin, Order, Panel, Rect, Role, Sense, Stroke, Ui, WidgetInfo};
+use egui::{Align2, Area, Color32, Context, CursorIcon, Frame, Id, Margin, Order, Panel, Rect, Role, Sense, Stroke, Ui, UiBuilder, Vec2, WidgetInfo};
 use egui::{FontId, epaint::TextShape, pos2, vec2};
 use std::f32::consts::FRAC_PI_2;
 
@@ -62,11 +62,7 @@ impl Dock {
         let n = side as usize;
         if self.is_docked(side, ui.ctx()) {
             let panel = side.panel(["left", "right"][n]).default_size(WIDTH[n]).size_range(WIDTH[n]..=560.0);
-            panel.show(ui, |ui| {
-                contents(ui);
-                // A side is as high as the window, whatever it holds.
-                ui.allocate_space(ui.available_size());
-            });
+            panel.show(ui, |ui| within(ui, ui.available_size(), contents));
         } else {
             let frame = Frame::NONE.fill(ui.visuals().panel_fill);
             let panel = side.panel(["left strip", "right strip"][n]).exact_size(STRIP).resizable(false).frame(frame);
@@ -89,14 +85,20 @@ impl Dock {
             let margin = Margin::same(8);
             let frame = Frame::new().fill(ui.visuals().panel_fill).stroke(ui.visuals().window_stroke).inner_margin(margin);
             frame.show(ui, |ui| {
-                let size = vec2(WIDTH[n].min(place.width()), place.height()) - margin.sum();
-                ui.set_min_size(size);
-                ui.set_max_size(size);
-                contents(ui);
+                within(ui, vec2(WIDTH[n].min(place.width()), place.height()) - margin.sum(), contents);
             });
         });
         self.drawn[n] = !ctx.input(|i| i.key_pressed(egui::Key::Escape));
     }
+}
+
+/// Shows `contents` in a place of that size, which they can neither widen nor leave: a side keeps its size, whatever it holds.
+fn within(ui: &mut Ui, size: Vec2, contents: impl FnOnce(&mut Ui)) {
+    let rect = Rect::from_min_size(ui.cursor().min, size);
+    let mut inside = ui.new_child(UiBuilder::new().max_rect(rect));
+    inside.shrink_clip_rect(rect);
+    contents(&mut inside);
+    ui.advance_cursor_after_rect(rect);
 }
 
 /// A folded side: its title, turned. True when it is to be opened.

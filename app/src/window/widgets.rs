@@ -1,8 +1,9 @@
 //! Parts that several panels have.
 
 use bregma_renderer::Color;
-use egui::{Align, Color32, DragValue, Layout, Slider, Ui};
+use egui::{Align, Color32, DragValue, Galley, Layout, Slider, TextStyle, TextWrapMode, Ui, WidgetText};
 use glam::DVec3;
+use std::sync::Arc;
 
 /// A line of its own height that is filled from the right.
 pub fn line<R>(ui: &mut Ui, add: impl FnOnce(&mut Ui) -> R) -> R {
@@ -52,4 +53,15 @@ pub fn color_button(ui: &mut Ui, color: &mut Color, name: &str) -> bool {
 pub fn color(color: Color) -> Color32 {
     let [r, g, b] = color.bytes();
     Color32::from_rgb(r, g, b)
+}
+
+/// A text that is no wider than that, with an ellipsis where it is longer.
+pub fn elided(ui: &Ui, text: &str, width: f32) -> Arc<Galley> {
+    WidgetText::from(text).into_galley(ui, Some(TextWrapMode::Truncate), width, TextStyle::Button)
+}
+
+/// A radio button with a name that may be long.
+pub fn named_radio(ui: &mut Ui, chosen: &mut usize, n: usize, name: &str) {
+    let text = elided(ui, name, ui.available_width() - 30.0);
+    ui.radio_value(chosen, n, text).on_hover_text(name).accessible_name(name);
 }

@@ -122,6 +122,11 @@ pub struct GpuRenderer {
 }
 
 impl GpuRenderer {
+    /// Destroys the device, as a reset of the driver does: all that is drawn with it after that fails.
+    pub fn lose_device(&self) {
+        self.gpu.device.destroy();
+    }
+
     /// On the fastest adapter; a software driver only if `software` allows it.
     pub fn new(software: bool) -> Result<Self, GpuError> {
         let gpu = Gpu::open(software)?;

@@ -7,6 +7,8 @@
 
 mod chart;
 mod cutting;
+mod keeping;
+mod layout;
 mod looking;
 mod measuring;
 mod opening;

@@ -2,7 +2,7 @@
 
 use super::super::measured::Work;
 use super::super::picture::navigate::anatomical;
-use super::super::widgets::{line, vector};
+use super::super::widgets::{elided, line, vector};
 use super::look;
 use bregma_field::{Unit, Volume};
 use bregma_renderer::{Bounds, Camera, Clip, CutFace, Mode, Scene, Shape, Window};
@@ -193,11 +193,12 @@ fn cut(ui: &mut Ui, number: usize, clip: &mut Clip, volumes: &[Arc<Volume>], bou
 
 /// Which volumes it cuts.
 fn which(ui: &mut Ui, number: usize, clip: &mut Clip, volumes: &[Arc<Volume>]) {
-    ui.horizontal_wrapped(|ui| {
+    ui.vertical(|ui| {
         for (n, volume) in volumes.iter().enumerate() {
             let mut cuts = clip.layers.as_ref().is_none_or(|layers| layers.contains(&n));
             let name = format!("Cut {number} cuts {}", volume.name());
-            if ui.checkbox(&mut cuts, volume.name()).on_hover_text("Whether it is cut").accessible_name(name).changed() {
+            let text = elided(ui, volume.name(), ui.available_width() - 30.0);
+            if ui.checkbox(&mut cuts, text).on_hover_text(format!("Whether {} is cut", volume.name())).accessible_name(name).changed() {
                 let mut layers: Vec<usize> = clip.layers.take().unwrap_or_else(|| (0..volumes.len()).collect());
                 layers.retain(|layer| *layer != n);
                 layers.extend(cuts.then_some(n));

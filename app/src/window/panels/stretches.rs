@@ -14,15 +14,14 @@ pub fn differences(ui: &mut Ui, found: &Found) {
     }
     for pair in &found.ray.pairs {
         ui.add(Label::new(RichText::new(format!("{} − {}", pair.b, pair.a)).strong()).truncate());
-        Grid::new(("differences", pair.volumes)).spacing([9.0, 2.0]).min_col_width(0.0).show(ui, |ui| {
-            for d in &pair.differences {
-                let parts = parts(&d.uncertainty, "");
+        for d in &pair.differences {
+            let parts = parts(&d.uncertainty, "");
+            ui.horizontal(|ui| {
                 ui.label(RichText::new(signed(d.difference_mm, 2)).strong().size(17.0)).on_hover_text(&parts);
                 ui.label(RichText::new(format!("± {} mm", mm(d.uncertainty.error_mm))).size(15.0)).on_hover_text(parts);
                 ui.add(Label::new(RichText::new(which(d)).weak()).truncate()).on_hover_text(export::difference(d));
-                ui.end_row();
-            }
-        });
+            });
+        }
         ui.weak(export::of_their_errors(pair));
         for sentence in export::alone(pair) {
             ui.colored_label(ui.visuals().warn_fg_color, sentence);

@@ -3,6 +3,7 @@
 use super::super::bench::Bench;
 use super::super::files::{Ask, Kind};
 use super::super::job::Job;
+use super::super::widgets::named_radio;
 use super::super::measured::Work;
 use bregma_measure::thickness::Statistics;
 use bregma_renderer::{Mode, Scene};
@@ -134,9 +135,9 @@ impl ThicknessPanel {
         let opened = &work.opened;
         self.index = self.index.min(opened.volumes.len().saturating_sub(1));
         if opened.volumes.len() > 1 {
-            ui.horizontal_wrapped(|ui| {
+            ui.vertical(|ui| {
                 for (n, volume) in opened.volumes.iter().enumerate() {
-                    ui.push_id(n, |ui| ui.radio_value(&mut self.index, n, volume.name()));
+                    ui.push_id(n, |ui| named_radio(ui, &mut self.index, n, volume.name()));
                 }
             });
         }

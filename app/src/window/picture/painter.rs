@@ -1,13 +1,13 @@
 //! Drawing on a thread of its own: the newest wish wins; a moving view is drawn in fewer pixels, a resting one exactly.
 
 use bregma_field::Volume;
-use bregma_renderer::{Backend, CpuRenderer, Picture, RenderError, Renderer, Scene};
+use bregma_renderer::{Backend, CpuRenderer, GpuError, Picture, RenderError, Renderer, Scene};
 use bregma_session::thickness::Coat;
 use bregma_session::thickness_picture::paint;
 use bregma_session::{Compare, Machine, same_scans};
 use egui::{Color32, ColorImage, Context};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// What is to be seen.
 #[derive(Clone, Debug)]
@@ -81,7 +81,7 @@ impl Painter {
     pub fn new(ctx: &Context) -> Self {
         let shared = Arc::new(Shared::default());
         let (theirs, ctx) = (Arc::clone(&shared), ctx.clone());
-        std::thread::spawn(move || Worker::new(&theirs).run(&theirs, &ctx));
+        std::thread::spawn(move || Worker::new(&theirs, Machine::auto).run(&theirs, &ctx));
         Self { shared, wish: None, number: 0, answered: 0, exact: false }
     }
 
@@ -150,18 +150,27 @@ const FLUENT_MS: f64 = 40.0;
 /// Fewer pixels than an eighth across show no skull.
 const COARSEST: u32 = 8;
 
+/// A card that was lost is looked for again after so long.
+const AWAY: Duration = Duration::from_secs(5);
+
+/// What there is to draw by, and why that is no graphics card where there is one.
+type Open = fn() -> (Box<dyn Renderer>, Option<GpuError>);
+
 struct Worker {
     renderer: Box<dyn Renderer>,
+    open: Open,
+    /// When the graphics card was lost, or last looked for, while the processor stands in for it.
+    lost: Option<Instant>,
     reduction: u32,
 }
 
 impl Worker {
-    fn new(shared: &Shared) -> Self {
-        let (renderer, unused) = Machine::auto();
+    fn new(shared: &Shared, open: Open) -> Self {
+        let (renderer, unused) = open();
         if let Some(e) = unused {
             shared.desk().notice = Some(format!("The graphics card is not used: {e}. The processor draws instead."));
         }
-        Self { renderer, reduction: 4 }
+        Self { renderer, open, lost: None, reduction: 4 }
     }
 
     fn run(&mut self, shared: &Shared, ctx: &Context) {
@@ -208,16 +217,31 @@ impl Worker {
     }
 
     fn draw(&mut self, shared: &Shared, wish: &Wish, scene: &Scene, [width, height]: [u32; 2]) -> Result<Picture, RenderError> {
+        if self.lost.is_some_and(|since| since.elapsed() > AWAY) {
+            self.look_for_card(shared);
+        }
         let mut drawn = self.renderer.render(&wish.volumes, scene, width, height);
         if let Err(e) = &drawn
             && self.renderer.backend() == Backend::Gpu
             && !e.is_solver()
         {
             shared.desk().notice = Some(format!("The graphics card failed: {e}. The processor draws instead."));
+            // What the scan is too large for, it stays too large for.
+            self.lost = e.is_lost_device().then(Instant::now);
             self.renderer = Box::new(CpuRenderer::default());
             drawn = self.renderer.render(&wish.volumes, scene, width, height);
         }
         drawn
+    }
+
+    fn look_for_card(&mut self, shared: &Shared) {
+        let (renderer, _) = (self.open)();
+        if renderer.backend() == Backend::Gpu {
+            shared.desk().notice = Some("The graphics card is back and draws again.".into());
+            (self.renderer, self.lost) = (renderer, None);
+        } else {
+            self.lost = Some(Instant::now());
+        }
     }
 
     /// Half the pixels across where a frame took too long; twice as many where four times its time still fits.
@@ -234,4 +258,80 @@ impl Worker {
 pub fn image(picture: &Picture) -> ColorImage {
     let color = |&[r, g, b, a]: &[u8; 4]| Color32::from_rgba_unmultiplied(r, g, b, a);
     ColorImage::new([picture.width as usize, picture.height as usize], picture.rgba.iter().map(color).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bregma_renderer::{Solver, Split};
+    use bregma_session::Opened;
+    use std::sync::atomic::{AtomicBool, Ordering};
+
+    /// Whether the card answers.
+    static IS_THERE: AtomicBool = AtomicBool::new(true);
+
+    /// A card that draws as the processor does while it is there, and else fails as a lost one does.
+    struct Card(CpuRenderer);
+
+    impl Renderer for Card {
+        fn render(&mut self, volumes: &[Arc<Volume>], scene: &Scene, width: u32, height: u32) -> Result<Picture, RenderError> {
+            if IS_THERE.load(Ordering::Relaxed) {
+                return self.0.render(volumes, scene, width, height);
+            }
+            Err(GpuError::Failed { adapter: "card".into(), reason: "reset".into() }.into())
+        }
+
+        fn backend(&self) -> Backend {
+            Backend::Gpu
+        }
+
+        fn name(&self) -> String {
+            "card".into()
+        }
+
+        fn has(&self, solver: Solver) -> bool {
+            self.0.has(solver)
+        }
+
+        fn bytes(&self) -> usize {
+            self.0.bytes()
+        }
+
+        fn split(&mut self, volumes: &[Arc<Volume>], scene: &Scene, width: u32, height: u32) -> Result<Split, RenderError> {
+            self.0.split(volumes, scene, width, height)
+        }
+    }
+
+    fn open() -> (Box<dyn Renderer>, Option<GpuError>) {
+        if IS_THERE.load(Ordering::Relaxed) { (Box::new(Card(CpuRenderer::default())), None) } else { (Box::new(CpuRenderer::default()), None) }
+    }
+
+    #[test]
+    fn a_lost_card_costs_no_picture_and_is_taken_up_again() {
+        // Fails if a lost card leaves the window without a picture, is asked for at each frame, or is not used again when it is back.
+        let opened = Opened::demo(16, &Default::default()).unwrap();
+        let size = [16, 16];
+        let wish = Wish {
+            volumes: opened.volumes.clone(),
+            scene: opened.scene.clone(),
+            size,
+            sizes: vec![size],
+            compare: Compare::Off,
+            coat: None,
+        };
+        let shared = Shared::default();
+        let mut worker = Worker::new(&shared, open);
+        let mut draw = |worker: &mut Worker| worker.draw(&shared, &wish, &wish.scene, size).unwrap().rgba;
+        let first = draw(&mut worker);
+        IS_THERE.store(false, Ordering::Relaxed);
+        assert_eq!(draw(&mut worker), first);
+        assert!(worker.renderer.backend() == Backend::Cpu && shared.desk().notice.take().is_some_and(|n| n.contains("processor")));
+        IS_THERE.store(true, Ordering::Relaxed);
+        draw(&mut worker);
+        assert_eq!(worker.renderer.backend(), Backend::Cpu, "not before it has been away for a while");
+        worker.lost = Instant::now().checked_sub(2 * AWAY);
+        assert_eq!(draw(&mut worker), first);
+        assert!(worker.renderer.backend() == Backend::Gpu && worker.lost.is_none());
+        assert!(shared.desk().notice.take().is_some_and(|n| n.contains("back")));
+    }
 }
