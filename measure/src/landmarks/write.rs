@@ -161,7 +161,7 @@ mod tests {
         assert_eq!(lines[1], "landmark,nasion,,,0.1,-80.123457,0.333333,,,skull A,bregma 0,");
         assert_eq!(lines[2], "landmark,opisthion,,,,,,,,skull A,bregma 0,");
         assert_eq!(lines[3], "landmark,\"a,\"\"b c\",,,0,2,3,,,,bregma 0,");
-        assert!(lines[4].starts_with("distance,nasion,\"a,\"\"b c\",,,,,82.16672") && lines.len() == 5, "{table}");
+        assert!(lines[4].starts_with("distance,nasion,\"a,\"\"b c\",,,,,82.166801,") && lines.len() == 5, "{table}");
         let text = fcsv(&points);
         assert_eq!(
             text.lines().skip(3).collect::<Vec<_>>(),
