@@ -137,7 +137,7 @@ impl Opened {
             if let Some(layer) = layer {
                 opened.scene.layers[n] = layer;
             } else if let Some(file) = opened.sources[n].transform.clone() {
-                opened.registered(n, &file).or_else(|error| on_error(error))?;
+                opened.registered(n, &file).or_else(&mut *on_error)?;
             }
         }
         opened.take_sessions(sessions);
@@ -147,7 +147,7 @@ impl Opened {
                 Kind::Registration => opened.register(&source.file).map(|_| ()),
                 Kind::Scan | Kind::Session => Ok(()),
             };
-            taken.or_else(|error| on_error(error))?;
+            taken.or_else(&mut *on_error)?;
         }
         Ok(opened)
     }

@@ -281,6 +281,38 @@ mod tests {
     }
 
     #[test]
+    fn damaged_files_never_panic() {
+        // Fails if some byte that is missing, doubled or another one ends the program instead of the reading.
+        let set = set();
+        let forms: [(String, fn(&str) -> Result<Vec<Landmark>, String>); 4] = [
+            (write::markups(&set).to_string(), markups),
+            (write::csv(&set, &Made::default()), csv),
+            (write::tps(&set, "skull A"), tps),
+            (write::fcsv(&set), fcsv),
+        ];
+        let (mut state, mut refused) = (7_u64, 0);
+        let mut random = |count: usize| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) as usize % count
+        };
+        for (text, read) in forms {
+            for _ in 0..2000 {
+                let mut bytes = text.clone().into_bytes();
+                for _ in 0..=random(3) {
+                    let at = random(bytes.len());
+                    match random(3) {
+                        0 => bytes.truncate(at.max(1)),
+                        1 => bytes[at] = random(128) as u8,
+                        _ => bytes.insert(at, b"\"=,#\n9"[random(6)]),
+                    }
+                }
+                refused += usize::from(read(&String::from_utf8_lossy(&bytes)).is_err());
+            }
+        }
+        assert!(refused > 1000, "{refused}");
+    }
+
+    #[test]
     fn what_is_wrong_is_one_sentence_that_names_the_file() {
         // Fails if a file that is none is taken for one, or panics.
         for (name, text, part) in [
