@@ -179,7 +179,7 @@ impl Opened {
         Ok(())
     }
 
-    /// Moves a scan as a file of a registration says, and returns its number: the one that the file names, else the second of two.
+    /// Moves a scan as a file of a registration says, and returns its number: the one that the file names, else the only one, or the second of two.
     pub fn register(&mut self, file: &Path) -> Result<usize, InputError> {
         let count = self.volumes.len();
         let read = |n: usize| self.registration(n, file);
@@ -187,7 +187,7 @@ impl Opened {
             [] if count == 0 => return Err(InputError::NoScan(file.to_owned())),
             // What is wrong with it is wrong for all.
             [] => return read(count - 1).and(Err(InputError::Unplaced(file.to_owned()))),
-            [only] if count > 1 || read(only).is_ok() => only,
+            [only] => only,
             [_, second] if count == 2 => second,
             _ => return Err(InputError::Unplaced(file.to_owned())),
         };

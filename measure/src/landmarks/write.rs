@@ -88,14 +88,14 @@ fn point_or(landmark: &Landmark, missing: &str) -> String {
     landmark.point_mm.map_or(missing.to_owned(), |p| numbers(p, " "))
 }
 
-/// Morphologika: one individual. What is missing is 9999, as the program's manual has it (O'Higgins and Jones 2006).
+/// Morphologika: one individual. What is missing is `NA`, as in TPS. Names of landmarks have no place in it.
 pub fn morphologika(landmarks: &[Landmark], specimen: &str) -> String {
     let head = format!(
         "[individuals]\n1\n[landmarks]\n{}\n[dimensions]\n3\n[names]\n{}\n[rawpoints]\n'#1\n",
         landmarks.len(),
         plain(specimen).replace(' ', "_")
     );
-    head + &landmarks.iter().map(|l| point_or(l, "9999 9999 9999") + "\n").collect::<String>()
+    head + &landmarks.iter().map(|l| point_or(l, "NA NA NA") + "\n").collect::<String>()
 }
 
 /// 3D Slicer's markups JSON v1.0.3: a list of fiducials for each scan, which it is named after. A missing point is `undefined`, without a
@@ -171,7 +171,7 @@ mod tests {
             tps(&points, "skull A"),
             "LM3=3\n0.1 -80.123457 0.333333\nNA NA NA\n0 2 3\nID=skull A\nCOMMENT=landmarks: nasion; opisthion; a__b_c\n"
         );
-        assert!(morphologika(&points, "skull A").contains("[names]\nskull_A\n") && morphologika(&points, "x").contains("9999 9999 9999"));
+        assert!(morphologika(&points, "skull A").contains("[names]\nskull_A\n") && morphologika(&points, "x").contains("\nNA NA NA\n"));
         let lists = &markups(&points)["markups"];
         let first = &lists[0]["controlPoints"];
         assert_eq!((lists[0]["name"].as_str(), lists[1].get("name")), (Some("skull A"), None));
