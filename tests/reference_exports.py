@@ -69,12 +69,18 @@ def main():
         probe = lambda form: run("probe", *scans, "--rays", rays, "--format", form)
         records = [json.loads(line) for line in probe("json").splitlines()]
         segments = [(n + 1, v["name"], s) for n, r in enumerate(records) for v in r["volumes"] for s in v["segments"]]
-        table = pandas.read_csv(io.StringIO(probe("csv")), comment="#")
-        assert len(table) == len(segments) >= 10, (len(table), len(segments))
-        length = next(c for c in table.columns if c.startswith("length"))
-        off = max(abs(row - s["length_mm"]) for row, (_, _, s) in zip(table[length], segments))
-        assert off < 1e-9, off
-        print(f"CSV by pandas: {len(table)} segments, columns {', '.join(table.columns)}; lengths differ from JSON's by at most {off:.1e} mm")
+        table = pandas.read_csv(io.StringIO(probe("csv")))
+        stretches = table[table["kind"] == "stretch"]
+        assert len(stretches) == len(segments) >= 10, (len(stretches), len(segments))
+        off = max(abs(row - s["length_mm"]) for row, (_, _, s) in zip(stretches["length_mm"], segments))
+        pairs = [d for r in records for p in r["pairs"] for d in p["differences"]]
+        differences = table[table["kind"] == "difference"]
+        assert len(differences) == len(pairs) >= 3, (len(differences), len(pairs))
+        off = max([off] + [abs(row - d["difference_mm"]) for row, d in zip(differences["difference_mm"], pairs)])
+        assert off <= 5.1e-7, off
+        numeric = [c for c in table.columns if c.endswith(("_mm", "_deg")) and not pandas.api.types.is_numeric_dtype(table[c])]
+        assert not numeric, numeric
+        print(f"CSV by pandas: {len(stretches)} segments and {len(differences)} differences, {len(table.columns)} columns; at most {off:.1e} mm off JSON's")
 
         markups = json.loads(probe("markups"))
         jsonschema.validate(markups, RULES)

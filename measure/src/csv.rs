@@ -20,7 +20,7 @@ pub struct Made {
 }
 
 /// The columns.
-pub const COLUMNS: [&str; 47] = [
+pub const COLUMNS: [&str; 48] = [
     "kind",
     "ray",
     "name",
@@ -53,6 +53,7 @@ pub const COLUMNS: [&str; 47] = [
     "from_origin",
     "below_resolution",
     "united",
+    "partial",
     "inside",
     "isovalue",
     "isovalue_tolerance",
@@ -162,7 +163,7 @@ fn of_difference(pair: &Pair, d: &Difference) -> Cells {
         ("from_shift_error_mm", known(d.from_shift.map(|s| s.error_mm))),
         ("to_shift_mm", known(d.to_shift.map(|s| s.shift_mm))),
         ("to_shift_error_mm", known(d.to_shift.map(|s| s.error_mm))),
-        ("clipped", d.partial.to_string()),
+        ("partial", d.partial.to_string()),
         ("below_resolution", d.below_resolution.to_string()),
         ("united", d.united.to_string()),
     ]

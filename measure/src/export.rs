@@ -145,7 +145,8 @@ pub(crate) fn control_point(n: usize, label: &str, description: &str, position_m
     })
 }
 
-/// 3D Slicer's markups JSON v1.0.3, LPS: one Line for each segment of all `rays`. What a segment differs from its partner by is told by its points.
+/// 3D Slicer's markups JSON v1.0.3, LPS: one Line for each segment of all `rays`. What a segment differs from its partner by is told by its
+/// points.
 pub fn markups(rays: &[Named<'_>]) -> Value {
     let mut lines = Vec::new();
     for Named { name, found } in rays {

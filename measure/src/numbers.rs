@@ -91,7 +91,7 @@ mod tests {
             [at_most(3.275_681_783_914_796e-12, 6), at_most(-1e-9, 6), at_most(5.25, 6), at_most(-120.0, 6)],
             ["0", "0", "5.25", "-120"]
         );
-        assert_eq!([at_most(1234.123_456_789, 6), at_most(100.0, 0), at_most(f64::INFINITY, 6)], ["1234.123457", "100", "Inf"]);
+        assert_eq!([at_most(1_234.123_456_789, 6), at_most(100.0, 0), at_most(f64::INFINITY, 6)], ["1234.123457", "100", "Inf"]);
         assert_eq!(
             [significant(226.0, 6), significant(87.343_75, 6), significant(-0.0, 6), significant(1e-8, 9)],
             ["226", "87.3438", "0", "1e-8"]

@@ -1,4 +1,5 @@
-//! How far a length, or a difference of two, may be from the truth: named parts, each half the width of an interval that holds it in 95 of 100 cases, and their total.
+//! How far a length, or a difference of two, may be from the truth: named parts, each half the width of an interval that holds it in 95 of 100
+//! cases, and their total.
 //!
 //! Parts that vary at random are added as squares; what blur does is a shift of known size that is left uncorrected, and is added to that as
 //! it is (JCGM 100:2008, "Guide to the expression of uncertainty in measurement", 5.1.2 and F.2.4.5).

@@ -34,8 +34,8 @@ impl Kind {
             Self::Registration
         } else if ends(&[".json"]) {
             of_json(file)
-        } else if ends(&[".txt"]) && text(file).is_some_and(|text| text.trim_start().starts_with("#Insight Transform File")) {
-            Self::Registration
+        } else if ends(&[".txt"]) {
+            of_text(file)
         } else if file.to_string_lossy().contains(".json#") && !file.exists() {
             // One of several pairs, by its name.
             Self::Registration
@@ -59,5 +59,16 @@ fn of_json(file: &Path) -> Kind {
         Some(json) if json.get("markups").is_some() => Kind::Landmarks,
         Some(json) if json.get("pairs").is_some() || json.get("R").is_some() => Kind::Registration,
         _ => Kind::Session,
+    }
+}
+
+/// By its first line.
+fn of_text(file: &Path) -> Kind {
+    let text = text(file).unwrap_or_default();
+    match text.trim_start() {
+        text if text.starts_with("#Insight Transform File") => Kind::Registration,
+        // Morphologika.
+        text if text.starts_with("[individuals]") => Kind::Landmarks,
+        _ => Kind::Scan,
     }
 }

@@ -138,7 +138,7 @@ impl Opened {
             if let Some(layer) = layer {
                 opened.scene.layers[n] = layer;
             } else if let Some(file) = opened.sources[n].transform.clone() {
-                opened.registered(n, &file).or_else(|error| on_error(error))?;
+                opened.registered(n, &file).or_else(&mut *on_error)?;
             }
         }
         opened.take_sessions(sessions);
@@ -148,7 +148,7 @@ impl Opened {
                 Kind::Registration => opened.register(&source.file).map(|_| ()),
                 Kind::Scan | Kind::Session => Ok(()),
             };
-            taken.or_else(|error| on_error(error))?;
+            taken.or_else(&mut *on_error)?;
         }
         Ok(opened)
     }
@@ -180,7 +180,7 @@ impl Opened {
         Ok(())
     }
 
-    /// Moves a scan as a file of a registration says, and returns its number: the one that the file names, else the second of two.
+    /// Moves a scan as a file of a registration says, and returns its number: the one that the file names, else the only one, or the second of two.
     pub fn register(&mut self, file: &Path) -> Result<usize, InputError> {
         let count = self.volumes.len();
         let read = |n: usize| self.registration(n, file);
@@ -188,7 +188,7 @@ impl Opened {
             [] if count == 0 => return Err(InputError::NoScan(file.to_owned())),
             // What is wrong with it is wrong for all.
             [] => return read(count - 1).and(Err(InputError::Unplaced(file.to_owned()))),
-            [only] if count > 1 || read(only).is_ok() => only,
+            [only] => only,
             [_, second] if count == 2 => second,
             _ => return Err(InputError::Unplaced(file.to_owned())),
         };

@@ -206,6 +206,7 @@ fn open(origin: &Origin, folder: &Path) -> Result<Opened, VerifyError> {
 /// Each length that was recorded, or is measured now, in each scan.
 fn judge(name: &str, recorded: &[Vec<Option<f64>>], now: &DifferenceRay) -> Vec<Judged> {
     let mut judged = vec![];
+    let as_cut = if now.as_cut { ", as cut" } else { "" };
     for v in 0..recorded.len().max(now.volumes.len()) {
         let lengths = recorded.get(v).map_or(&[][..], Vec::as_slice);
         let (scan, segments) = now.volumes.get(v).map_or(("a scan that is not there", &[][..]), |v| (&v.name, &v.segments));
@@ -217,7 +218,7 @@ fn judge(name: &str, recorded: &[Vec<Option<f64>>], now: &DifferenceRay) -> Vec<
                 (Some(None), _) => Verdict::Gone("its recorded length is no number"),
                 (None, _) => Verdict::Gone("this bone was not recorded"),
             };
-            judged.push(Judged { what: format!("{name}, {scan}, bone {}", k + 1), verdict });
+            judged.push(Judged { what: format!("{name}, {scan}, bone {}{as_cut}", k + 1), verdict });
         }
     }
     judged

@@ -389,6 +389,9 @@ fn probes_come_in_every_form() {
     );
     let csv = rows(&stdout(&ok(&d, "probe ball.nrrd --iso 0 --rays rays.csv --format csv")));
     assert_eq!(column(&csv, "kind").iter().filter(|kind| *kind == "stretch").count(), 2);
+    std::fs::write(d.join("named.csv"), "name,ox,oy,oz,dx,dy,dz\nfrontal left,7.5,7.5,-20,0,0,1\n\n,7.5,-20,7.5,0,2,0\n").unwrap();
+    let csv = rows(&stdout(&ok(&d, "probe ball.nrrd --iso 0 --rays named.csv --format csv")));
+    assert_eq!((column(&csv, "name")[0].as_str(), column(&csv, "name").last().unwrap().as_str()), ("frontal left", "ray 2"));
 }
 
 /// The fields of a CSV table, read strictly (RFC 4180): as many in every row, quotes only around whole fields, no spaces at ends of fields.
@@ -493,7 +496,9 @@ fn a_sessions_cuts_are_measured_only_where_asked() {
     old.as_object_mut().unwrap().remove("as_cut");
     std::fs::write(d.join("old.json"), old.to_string()).unwrap();
     for file in ["whole.json", "cut.json", "old.json"] {
-        assert_eq!(stdout(&ok(&d, &format!("verify {file}"))), "1 of 1 lengths hold\n", "{file}");
+        let said = stdout(&ok(&d, &format!("verify --all {file}")));
+        let as_cut = if file == "whole.json" { "" } else { ", as cut" };
+        assert_eq!(said, format!("ray 1, ball.nrrd, bone 1{as_cut}: holds\n1 of 1 lengths hold\n"), "{file}");
     }
     let map = |options: &str, out: &str| {
         ok(&d, &format!("thickness session.json --method sphere --size 32x32 --backend cpu --out {out} {options}"));

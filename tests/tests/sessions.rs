@@ -4,7 +4,7 @@
 
 use bregma_renderer::{Clip, Color, Mode, Shape, TransferFunction};
 use bregma_session::Compare;
-use bregma_session::{Opened, Session, Source};
+use bregma_session::{Landmark, Opened, Session, Source, save};
 use bregma_volume::Progress;
 use glam::DVec3;
 use std::path::{Path, PathBuf};
@@ -114,6 +114,77 @@ fn numbers_that_no_picture_has_are_refused() {
         let error = read(&folder, &["session.json"]).unwrap_err();
         assert!(error.contains(says), "{error}");
     }
+}
+
+/// A shift along x as ITK states it: from the fixed to the moving image.
+const SHIFT: &str =
+    "#Insight Transform File V1.0\nTransform: AffineTransform_double_3_3\nParameters: 1 0 0 0 1 0 0 0 1 -5 0 0\nFixedParameters: 0 0 0\n";
+
+#[test]
+fn landmarks_and_registrations_are_files_among_the_files() {
+    // Fails if what was written cannot be opened, a registration moves another scan than it says or is taken for any, or a landmark loses whose
+    // it is.
+    let folder = folder("files", |_| ());
+    std::fs::copy(folder.join("a.nrrd"), folder.join("c.nrrd")).unwrap();
+    std::fs::write(folder.join("b.tfm"), SHIFT).unwrap();
+    let pairs = r#"{"pairs": {"a->b": {"R": [[1,0,0],[0,1,0],[0,0,1]], "t": [0,7,0], "rms_mm": 0.5}}}"#;
+    std::fs::write(folder.join("pairs.json"), pairs).unwrap();
+    let of = |scan: &str, l: Landmark| Landmark { scan: Some(scan.into()), ..l };
+    let set = [of("a.nrrd", Landmark::at("nasion", DVec3::new(1.0, 2.0, 3.0))), of("a.nrrd", Landmark::missing("basion"))];
+    for file in ["points.mrk.json", "points.csv", "points.tps", "points.fcsv"] {
+        save::landmarks(&folder.join(file), &set, "a.nrrd", &Default::default()).unwrap();
+        let opened = read(&folder, &["a.nrrd", "b.nrrd", "b.tfm", file]).unwrap();
+        let moved: Vec<DVec3> = opened.scene.layers.iter().map(|l| l.transform.translation).collect();
+        assert_eq!(moved, [DVec3::ZERO, DVec3::X * 5.0], "{file}");
+        if file == "points.fcsv" {
+            // It has no words for either.
+            assert_eq!(opened.landmarks, [Landmark::at("nasion", DVec3::new(1.0, 2.0, 3.0))]);
+        } else {
+            assert_eq!(opened.landmarks, set, "{file}");
+        }
+    }
+    // A session keeps both kinds.
+    let mut opened = read(&folder, &["a.nrrd", "b.nrrd", "points.csv"]).unwrap();
+    Session::of(&opened, &folder).write(&folder.join("kept.json")).unwrap();
+    assert_eq!(read(&folder, &["kept.json"]).unwrap().landmarks, set);
+    opened.add(read(&folder, &["c.nrrd", "points.csv"]).unwrap());
+    // There the scan that they name was not open.
+    assert_eq!(opened.landmarks.iter().map(|l| l.scan.is_some()).collect::<Vec<_>>(), [true, true, false, false]);
+    // What names its scan moves that.
+    let opened = read(&folder, &["a.nrrd", "b.nrrd", "c.nrrd", "pairs.json"]).unwrap();
+    let first = &opened.scene.layers[0];
+    assert_eq!((first.transform.translation, first.residual_mm), (DVec3::Y * 7.0, Some(0.5)));
+    let error = read(&folder, &["a.nrrd", "b.nrrd", "c.nrrd", "b.tfm"]).unwrap_err();
+    assert!(error.contains("b.tfm") && error.contains("--transform"), "{error}");
+    for alone in ["b.tfm", "points.csv"] {
+        let error = read(&folder, &[alone]).unwrap_err();
+        assert!(error.contains(alone) && error.contains("name the scan"), "{error}");
+    }
+}
+
+#[test]
+fn one_bad_file_among_several_is_named_and_the_others_open() {
+    // Fails if one file keeps the others from being opened where a person can see which, or where nobody looks passes without an error.
+    let folder = folder("bad-file", |_| ());
+    std::fs::write(folder.join("bad.nrrd"), "NRRD0004\n").unwrap();
+    std::fs::write(folder.join("bad.fcsv"), "a,1,x,3\n").unwrap();
+    std::fs::write(folder.join("bad.tfm"), "#Insight Transform File V1.0\n").unwrap();
+    std::fs::write(folder.join("bad.json"), "{}").unwrap();
+    std::fs::write(folder.join("good.fcsv"), "n,1,2,3,1,1\n").unwrap();
+    let files = ["a.nrrd", "bad.nrrd", "bad.json", "b.nrrd", "bad.fcsv", "bad.tfm", "good.fcsv", "gone.nrrd"];
+    let sources = |files: &[&str]| files.iter().map(|file| Source { file: folder.join(file), ..Source::default() }).collect::<Vec<_>>();
+    let (opened, errors) = Opened::read_what_opens(&sources(&files), &Progress::default()).unwrap();
+    assert_eq!((opened.volumes.len(), opened.landmarks.len()), (2, 1));
+    let errors: Vec<String> = errors.iter().map(ToString::to_string).collect();
+    for bad in ["bad.nrrd", "bad.json", "bad.fcsv", "bad.tfm", "gone.nrrd"] {
+        assert_eq!(errors.iter().filter(|error| error.contains(bad)).count(), 1, "{bad}: {errors:?}");
+        assert!(read(&folder, &["a.nrrd", bad]).unwrap_err().contains(bad));
+    }
+    assert_eq!(errors.len(), 5);
+    // Alone, landmarks can be added to what is open; and nothing is an error.
+    let (alone, _) = Opened::read_what_opens(&sources(&["good.fcsv"]), &Progress::default()).unwrap();
+    assert!(alone.volumes.is_empty() && alone.landmarks.len() == 1);
+    assert!(Opened::read_what_opens(&sources(&["bad.nrrd"]), &Progress::default()).is_err());
 }
 
 #[test]

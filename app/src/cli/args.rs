@@ -215,7 +215,7 @@ pub struct ProbeArgs {
     /// A point that it goes toward, LPS mm
     #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, conflicts_with = "direction")]
     pub toward: Option<DVec3>,
-    /// Many rays: CSV with the header ox,oy,oz,dx,dy,dz, mm
+    /// Many rays: CSV with the header ox,oy,oz,dx,dy,dz, mm, or name,ox,oy,oz,dx,dy,dz
     #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["origin", "direction", "toward"])]
     pub rays: Option<PathBuf>,
     /// Measure only what a session's cuts leave; else the whole bone is measured, whatever is cut to look at it

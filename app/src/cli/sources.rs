@@ -20,7 +20,9 @@ impl<const MIN: usize> Args for Sources<MIN> {
         command
             .arg(
                 files
-                    .help("A scan, the folder or zip of a DICOM series (FOLDER#NUMBER where there are several) or of slices, or a session"),
+                    .help("A scan, the folder or zip of a DICOM series (FOLDER#NUMBER where there are several) or of slices, or a session; \
+                         among scans also landmarks (.mrk.json, .fcsv, .tps, .csv) and a registration, of the scan that it names, or of the \
+                         second of two"),
             )
             .arg(
                 option("transform", "FILE").value_parser(path()).help(

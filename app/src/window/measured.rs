@@ -183,12 +183,10 @@ pub fn picked(work: &Work, only: Option<usize>, ray: &Ray) -> Result<Option<(Sur
 
 /// A normal ray begins so far before the surface, mm, or halfway to the bone before it: its first bone is the one that was clicked.
 const BEFORE_MM: f64 = 2.0;
-/// So far beyond the end of a bone one is outside it, mm: far more than the rounding of where it ends.
-const BEYOND_MM: f64 = 1e-6;
 /// What lies before a surface is looked for from so far outside, in voxels: not at the surface itself.
 const START_VOXEL: f64 = 0.1;
 
-/// The ray straight into a surface at a point of it, begun before the whole bone that lies there, whatever of it is cut away.
+/// The ray straight into a surface at a point of it, whatever of the bone there is cut away.
 pub fn normal_ray(surface: &Surface, point: WorldPoint) -> Option<Ray> {
     let surface = &surface.clone().cut(&[], 0);
     let smooth = interpolant::smooth_normal(surface, surface.grid.index(point))?;
@@ -196,14 +194,13 @@ pub fn normal_ray(surface: &Surface, point: WorldPoint) -> Option<Ray> {
     let half_wall_mm = across(surface, point.0, smooth).map_or(f64::INFINITY, |wall| 0.5 * wall.there_mm);
     let edge = Edge::at(surface, point.0, smooth, half_wall_mm, f64::INFINITY);
     let normal = edge.map_or(smooth, |edge| edge.normal);
-    let outward = Ray::new(WorldPoint(point.0 + START_VOXEL * surface.grid.spacing_mm().min_element() * normal), normal)?;
-    // On the face of a cut bone goes on outward: the ray begins before that, too.
-    let cut_away_mm = crossings::first_wall(surface, &outward).filter(|[enter, _]| enter.at_origin).map(|[_, exit]| exit.t_mm);
-    let outward = Ray { origin: outward.at(cut_away_mm.map_or(0.0, |mm| mm + BEYOND_MM)), ..outward };
     // What lies before the surface, and is nearer than that, is not in the ray.
-    let before_mm = crossings::first_entry(surface, &outward).map_or(BEFORE_MM, |other| BEFORE_MM.min(0.5 * other.t_mm));
-    let origin = if cut_away_mm.is_some() { outward.origin.0 } else { point.0 };
-    Ray::new(WorldPoint(origin + before_mm * normal), -normal)
+    let before_mm = crossings::first_entry(
+        surface,
+        &Ray::new(WorldPoint(point.0 + START_VOXEL * surface.grid.spacing_mm().min_element() * normal), normal)?,
+    )
+    .map_or(BEFORE_MM, |other| BEFORE_MM.min(0.5 * other.t_mm));
+    Ray::new(WorldPoint(point.0 + before_mm * normal), -normal)
 }
 
 /// A picked point brought onto the surface to float64 precision, whatever the way it was picked.

@@ -5,6 +5,7 @@
 //! * 3D Slicer's fiducial list (`.fcsv`): versions 4 and 5, with `LPS`, `RAS`, `0` (RAS) or `1` (LPS); what does not say, and what has no version,
 //!   is RAS, as in Slicer.
 //! * Rohlf's TPS (`.tps`): three-dimensional landmarks (`LM3=`), times their `SCALE=`; `NA` is missing. Its axes are taken for LPS, mm.
+//! * Morphologika (`.txt`): three-dimensional points of any number of individuals, which are called by numbers; `NA` is missing.
 //! * This program's CSV: columns `name`, `x_mm`, `y_mm`, `z_mm`; rows of another `kind` than `landmark` are left out.
 
 use super::landmark::Landmark;
@@ -41,6 +42,8 @@ pub fn read(file: &Path) -> Result<Vec<Landmark>, LandmarkError> {
         fcsv(text)
     } else if name.ends_with(".tps") {
         tps(text)
+    } else if name.ends_with(".txt") {
+        morphologika(text)
     } else {
         csv(text)
     };
@@ -225,6 +228,30 @@ fn describe(specimen: &mut [Landmark], line: &str) -> Result<(), String> {
     Ok(())
 }
 
+fn morphologika(text: &str) -> Result<Vec<Landmark>, String> {
+    let lines: Vec<&str> = text.lines().map(str::trim).collect();
+    // The lines of a part, up to the next.
+    let part = |name: &str| {
+        let first = lines.iter().position(|line| line.eq_ignore_ascii_case(name)).map_or(lines.len(), |n| n + 1);
+        lines.iter().enumerate().skip(first).take_while(|(_, line)| !line.starts_with('[')).filter(|(_, line)| !line.is_empty())
+    };
+    let number = |name: &str| part(name).next().and_then(|(_, line)| line.parse::<usize>().ok());
+    if number("[dimensions]") != Some(3) {
+        return Err("its [dimensions] are not 3; three-dimensional landmarks are needed".into());
+    }
+    let count = number("[landmarks]").filter(|n| *n > 0).ok_or("its [landmarks] are no number; correct it")?;
+    let names: Vec<&str> = part("[names]").map(|(_, line)| *line).collect();
+    let mut landmarks: Vec<Landmark> = vec![];
+    for (n, line) in part("[rawpoints]").filter(|(_, line)| !line.starts_with('\'')) {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let Ok(words) = <[&str; 3]>::try_from(words) else { return Err(format!("line {} has no three coordinates; correct it", n + 1)) };
+        let point = point(words, &format!("line {}", n + 1))?;
+        let scan = names.get(landmarks.len() / count).map(|name| (*name).to_owned());
+        landmarks.push(Landmark { name: (landmarks.len() % count + 1).to_string(), point_mm: point.map(DVec3::from), scan });
+    }
+    Ok(landmarks)
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::write;
@@ -252,6 +279,10 @@ mod tests {
         assert_eq!(from("a.mrk.json", &write::markups(&set).to_string()).unwrap(), set);
         assert_eq!(from("a.csv", &write::csv(&set, &Made::default())).unwrap(), set);
         assert_eq!(from("a.tps", &write::tps(&set, "skull A")).unwrap(), set);
+        let numbered = |(n, l): (usize, &Landmark)| Landmark { name: (n + 1).to_string(), ..l.clone() };
+        let of_a = |l: Landmark| Landmark { scan: Some("skull_A".into()), ..l };
+        let unnamed: Vec<Landmark> = set.iter().enumerate().map(numbered).map(of_a).collect();
+        assert_eq!(from("a.txt", &write::morphologika(&set, "skull A")).unwrap(), unnamed);
         let of_none = |l: &Landmark| Landmark { scan: None, ..l.clone() };
         assert_eq!(from("a.fcsv", &write::fcsv(&set)).unwrap(), [of_none(&set[0]), of_none(&set[2])]);
     }
@@ -281,6 +312,40 @@ mod tests {
     }
 
     #[test]
+    fn damaged_files_never_panic() {
+        // Fails if some byte that is missing, doubled or another one ends the program instead of the reading.
+        let set = set();
+        type Read = fn(&str) -> Result<Vec<Landmark>, String>;
+        let forms: [(String, Read); 5] = [
+            (write::morphologika(&set, "skull A"), morphologika),
+            (write::markups(&set).to_string(), markups),
+            (write::csv(&set, &Made::default()), csv),
+            (write::tps(&set, "skull A"), tps),
+            (write::fcsv(&set), fcsv),
+        ];
+        let (mut state, mut refused) = (7_u64, 0);
+        let mut random = |count: usize| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) as usize % count
+        };
+        for (text, read) in forms {
+            for _ in 0..2000 {
+                let mut bytes = text.clone().into_bytes();
+                for _ in 0..=random(3) {
+                    let at = random(bytes.len());
+                    match random(3) {
+                        0 => bytes.truncate(at.max(1)),
+                        1 => bytes[at] = random(128) as u8,
+                        _ => bytes.insert(at, b"\"=,#\n9"[random(6)]),
+                    }
+                }
+                refused += usize::from(read(&String::from_utf8_lossy(&bytes)).is_err());
+            }
+        }
+        assert!(refused > 1000, "{refused}");
+    }
+
+    #[test]
     fn what_is_wrong_is_one_sentence_that_names_the_file() {
         // Fails if a file that is none is taken for one, or panics.
         for (name, text, part) in [
@@ -300,6 +365,9 @@ mod tests {
             ("t.csv", "a,b\n1,2\n", "x_mm"),
             ("u.csv", "name,x_mm,y_mm,z_mm\nn,1,,3\n", "line 2"),
             ("v.csv", "", "x_mm"),
+            ("w.txt", "[dimensions]\n2\n", "three-dimensional"),
+            ("x.txt", "[dimensions]\n3\n[landmarks]\nmany\n", "[landmarks]"),
+            ("y.txt", "[dimensions]\n3\n[landmarks]\n1\n[rawpoints]\n'#1\n1 2\n", "line 7"),
         ] {
             let said = from(name, text).unwrap_err();
             assert!(said.contains(name) && said.contains(part), "{said}");

@@ -88,14 +88,14 @@ fn point_or(landmark: &Landmark, missing: &str) -> String {
     landmark.point_mm.map_or(missing.to_owned(), |p| numbers(p, " "))
 }
 
-/// Morphologika: one individual. What is missing is 9999, as the program's manual has it (O'Higgins and Jones 2006).
+/// Morphologika: one individual. What is missing is `NA`, as in TPS. Names of landmarks have no place in it.
 pub fn morphologika(landmarks: &[Landmark], specimen: &str) -> String {
     let head = format!(
         "[individuals]\n1\n[landmarks]\n{}\n[dimensions]\n3\n[names]\n{}\n[rawpoints]\n'#1\n",
         landmarks.len(),
         plain(specimen).replace(' ', "_")
     );
-    head + &landmarks.iter().map(|l| point_or(l, "9999 9999 9999") + "\n").collect::<String>()
+    head + &landmarks.iter().map(|l| point_or(l, "NA NA NA") + "\n").collect::<String>()
 }
 
 /// 3D Slicer's markups JSON v1.0.3: a list of fiducials for each scan, which it is named after. A missing point is `undefined`, without a
@@ -161,7 +161,7 @@ mod tests {
         assert_eq!(lines[1], "landmark,nasion,,,0.1,-80.123457,0.333333,,,skull A,bregma 0,");
         assert_eq!(lines[2], "landmark,opisthion,,,,,,,,skull A,bregma 0,");
         assert_eq!(lines[3], "landmark,\"a,\"\"b c\",,,0,2,3,,,,bregma 0,");
-        assert!(lines[4].starts_with("distance,nasion,\"a,\"\"b c\",,,,,82.16672") && lines.len() == 5, "{table}");
+        assert!(lines[4].starts_with("distance,nasion,\"a,\"\"b c\",,,,,82.166801,") && lines.len() == 5, "{table}");
         let text = fcsv(&points);
         assert_eq!(
             text.lines().skip(3).collect::<Vec<_>>(),
@@ -171,7 +171,7 @@ mod tests {
             tps(&points, "skull A"),
             "LM3=3\n0.1 -80.123457 0.333333\nNA NA NA\n0 2 3\nID=skull A\nCOMMENT=landmarks: nasion; opisthion; a__b_c\n"
         );
-        assert!(morphologika(&points, "skull A").contains("[names]\nskull_A\n") && morphologika(&points, "x").contains("9999 9999 9999"));
+        assert!(morphologika(&points, "skull A").contains("[names]\nskull_A\n") && morphologika(&points, "x").contains("\nNA NA NA\n"));
         let lists = &markups(&points)["markups"];
         let first = &lists[0]["controlPoints"];
         assert_eq!((lists[0]["name"].as_str(), lists[1].get("name")), (Some("skull A"), None));

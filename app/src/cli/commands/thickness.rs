@@ -14,6 +14,7 @@ use bregma_session::thickness::{Map, MapError, Order, ThicknessMethod};
 use bregma_session::thickness_picture::{Scale, figure, paint, white};
 use glam::DVec3;
 use serde::Serialize;
+use std::path::Path;
 
 #[derive(Serialize)]
 struct Record<'a> {
@@ -72,17 +73,21 @@ pub fn thickness(args: &ThicknessArgs, machine: Machine) -> Result<(), CommandEr
     write_whole(&args.out.join("thickness.ply"), &export::map_ply(mesh, values, |mm| scale.color(mm)))?;
     write_whole(&args.out.join("thickness.json"), json.as_bytes())?;
     write_figure(&args.out.join("thickness.png"), drawn)?;
+    print(&told(volume.name(), layer.iso, name, statistics, &args.out))
+}
+
+/// The map in short.
+fn told(volume: &str, iso: f64, name: &str, statistics: &Statistics, folder: &Path) -> String {
     let mm = |value: f64| fixed(value, 3);
     let [least, greatest, p5, p25, median, p75, p95] = statistics.quantiles_mm.map(mm);
-    print(&format!(
-        "{}, isovalue {}, thickness {name}\n  surface   {} mm², {} points, {} more without a value\n  mean      {} ± {} mm (standard deviation)\n  median    {median} mm; half of the surface from {p25} to {p75}, 90 % from {p5} to {p95}, all from {least} to {greatest}\n{}: thickness.csv, thickness.ply, thickness.json, thickness.png\n",
-        volume.name(),
-        significant(layer.iso, 6),
+    format!(
+        "{volume}, isovalue {}, thickness {name}\n  surface   {} mm², {} points, {} more without a value\n  mean      {} ± {} mm (standard deviation)\n  median    {median} mm; half of the surface from {p25} to {p75}, 90 % from {p5} to {p95}, all from {least} to {greatest}\n{}: thickness.csv, thickness.ply, thickness.json, thickness.png\n",
+        significant(iso, 6),
         fixed(statistics.area_mm2, 1),
         statistics.count,
         statistics.unknown,
         mm(statistics.mean_mm),
         mm(statistics.deviation_mm),
-        args.out.display(),
-    ))
+        folder.display(),
+    )
 }

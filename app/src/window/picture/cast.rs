@@ -118,15 +118,61 @@ pub fn cast(work: &Work, x: f64, y: f64, [width, height]: [u32; 2]) -> Result<Op
     let meets_bone = measure(work, &ray, true)?.volumes.iter().any(|v| v.meets == Meets::Bone);
     let whole = measure(work, &ray, false)?;
     let Some(entry) = whole.ledger.first().filter(|_| meets_bone) else { return Ok(None) };
-    if !whole.volumes.iter().flat_map(|v| &v.segments).any(|s| s.from_origin) {
-        return Ok(Some(Ray { origin: ray.at(entry.from_mm), ..ray }));
+    // The eye may be in bone that was cut away.
+    out_of_bone(work, Ray { origin: ray.at(entry.from_mm), ..ray }).map(Some)
+}
+
+/// So far beyond the end of a bone one is outside it, mm: far more than the rounding of where it ends.
+const BEYOND_MM: f64 = 1e-6;
+
+/// The ray begun before all bone that it would begin in, cut away or not: a length that begins where a ray does is not that of the bone.
+pub fn out_of_bone(work: &Work, mut ray: Ray) -> Result<Ray, String> {
+    loop {
+        let back = measure(work, &Ray { direction: -ray.direction, ..ray }, false)?;
+        let begun_in = back.volumes.iter().filter_map(|v| v.segments.first().filter(|s| s.from_origin));
+        let inside_mm = begun_in.map(|s| s.to_mm).fold(0.0, f64::max);
+        if inside_mm <= BEYOND_MM {
+            return Ok(ray);
+        }
+        ray.origin = ray.at(-(inside_mm + BEYOND_MM));
     }
-    // The eye is in bone that was cut away: the ray begins before that, where the line comes into the scans.
-    let back = measure(work, &Ray { direction: -ray.direction, ..ray }, false)?;
-    let entry_mm = back.ledger.last().map_or(0.0, |last| last.to_mm);
-    Ok(Some(Ray { origin: ray.at(-entry_mm), ..ray }))
 }
 
 fn measure(work: &Work, ray: &Ray, as_cut: bool) -> Result<DifferenceRay, String> {
     record::measure(&work.opened, ray, as_cut).map_err(|e| format!("The ray cannot be cast: {e}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bregma_renderer::Shape;
+    use bregma_session::Opened;
+    use glam::DVec3;
+
+    #[test]
+    fn a_click_behind_a_cut_measures_the_whole_bone_from_before_it() {
+        // Fails if a ray begins at what a cut leaves, so that bone that is cut away is missing or counted from the middle on.
+        let mut opened = Opened::demo(48, &Default::default()).unwrap();
+        opened.scene.camera = bregma_renderer::Camera::orbit(&opened.bounds(), 0.0, 0.0);
+        let mut work = Work { opened, measured: Default::default() };
+        let size = [100, 100];
+        let lengths = |work: &Work, ray: &Ray| {
+            let found = measure(work, ray, false).unwrap();
+            assert!(found.volumes.iter().flat_map(|v| &v.segments).all(|s| !s.from_origin), "{found:?}");
+            found.volumes.iter().map(|v| v.segments.iter().map(|s| s.length_mm).collect::<Vec<_>>()).collect::<Vec<_>>()
+        };
+        let whole = lengths(&work, &cast(&work, 50.0, 40.0, size).unwrap().unwrap());
+        assert!(whole.iter().all(|bones| bones.len() >= 2), "{whole:?}");
+        // The front half is cut away: the occipital is seen from within.
+        work.opened.scene.clips = vec![Clip::all(Shape::Plane { normal: DVec3::NEG_Y, offset_mm: 0.0 })];
+        let behind = cast(&work, 50.0, 40.0, size).unwrap().unwrap();
+        let same = |a: &[Vec<f64>], b: &[Vec<f64>]| a.iter().flatten().zip(b.iter().flatten()).all(|(a, b)| (a - b).abs() < 1e-6);
+        let found = lengths(&work, &behind);
+        assert!(same(&found, &whole) && found[0].len() == whole[0].len(), "{found:?} {whole:?}");
+        // Begun in the middle of the first bone, as at a point on the face of a cut.
+        let first = measure(&work, &behind, false).unwrap().volumes[0].segments[0];
+        let inside = Ray { origin: behind.at(0.5 * (first.from_mm + first.to_mm)), ..behind };
+        let out = out_of_bone(&work, inside).unwrap();
+        assert!(same(&lengths(&work, &out), &whole));
+    }
 }

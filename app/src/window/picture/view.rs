@@ -1,7 +1,7 @@
 //! The picture: what the mouse does on it, and its pixels on the screen.
 
 use super::super::measured::{Measured, Tool, Work, landmark_at, normal_ray, picked};
-use super::cast::{Found, cast};
+use super::cast::{Found, cast, out_of_bone};
 use super::compare_bar;
 use super::cut_handles::{self, Held};
 use super::marks::{self, Screen};
@@ -267,7 +267,8 @@ impl View {
         let (surface, point) = picked(work, shown, &work.opened.scene.camera.ray(x, y, size[0], size[1]))?.ok_or_else(missed)?;
         match self.tool {
             Tool::Normal => {
-                work.measured.add_ray(normal_ray(&surface, point).ok_or("The surface has no direction there: click beside it.")?);
+                let ray = normal_ray(&surface, point).ok_or("The surface has no direction there: click beside it.")?;
+                work.measured.add_ray(out_of_bone(work, ray)?);
             }
             Tool::Landmark => work.measured.set_landmark(landmark_at(&surface, point), surface.volume.name()),
             _ => match self.first_point.take() {
@@ -275,7 +276,7 @@ impl View {
                 Some(first) => {
                     let ray = Ray::new(first, point.0 - first.0).ok_or("The two points are one: click on another.")?;
                     // From a little before the first point, so that the surface there is seen.
-                    work.measured.add_ray(Ray { origin: ray.at(-POINTS_BEFORE_MM), ..ray });
+                    work.measured.add_ray(out_of_bone(work, Ray { origin: ray.at(-POINTS_BEFORE_MM), ..ray })?);
                 }
             },
         }
