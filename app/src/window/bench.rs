@@ -277,6 +277,11 @@ impl Bench {
 
     /// Keeps the work for the case that the program ends.
     pub fn keep(&mut self, ctx: &Context) {
+        if self.found.len() != self.work.measured.rays.len() {
+            // What was cast is measured in the next frame.
+            ctx.request_repaint();
+            return;
+        }
         let is_saved = self.document.is_saved(&self.work);
         let (work, found, file) = (&self.work, &self.found, self.document.file.as_deref());
         let records = || work.plain_records(&found.iter().map(|found| found.ray.clone()).collect::<Vec<_>>());

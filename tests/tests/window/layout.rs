@@ -29,7 +29,10 @@ fn cover(shape: &Shape, clip: Rect, seen: &mut Vec<Seen>, picture: Rect) {
         Shape::Text(TextShape { pos, galley, angle, .. }) if *angle == 0.0 && !galley.text().trim().is_empty() => {
             let is_mark = picture.expand(1.0).contains_rect(clip) && picture.height() - clip.height() < 20.0;
             for row in &galley.rows {
-                let whole = row.rect().translate(pos.to_vec2());
+                let (Some(first), Some(last)) = (row.glyphs.first(), row.glyphs.last()) else { continue };
+                // A text that begins beside something else is indented in its first row.
+                let x = row.pos.x + first.pos.x..=row.pos.x + last.pos.x + last.advance_width;
+                let whole = Rect::from_x_y_ranges(x, row.rect().y_range()).translate(pos.to_vec2());
                 let visible = whole.intersect(clip);
                 // A text with a dark edge is painted several times.
                 let text = row.text();

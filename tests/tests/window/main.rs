@@ -244,6 +244,14 @@ fn open_side(window: &mut Window, name: &str) {
     window.run_steps(3);
 }
 
+/// Closes a scan by its menu.
+fn close_scan(window: &mut Window, name: &str) {
+    window.get_by_label(&format!("More of {name}")).click();
+    window.run_steps(4);
+    window.get_by_label("Close the scan").click();
+    settle(window);
+}
+
 /// Closes what lies over the picture.
 fn close_drawers(window: &mut Window) {
     window.key_press(Key::Escape);

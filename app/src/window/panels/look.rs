@@ -12,7 +12,7 @@ pub fn show(ui: &mut Ui, bench: &mut Bench) {
     let (opened, picture) = (&mut bench.work.opened, bench.view.painted.as_ref().map(|painted| &painted.picture));
     let scene = &mut opened.scene;
     CollapsingHeader::new("Look").default_open(true).show(ui, |ui| {
-        Grid::new("modes").spacing([8.0, 2.0]).show(ui, |ui| {
+        Grid::new("modes").spacing([2.0, 2.0]).show(ui, |ui| {
             for row in Mode::ALL.chunks(3) {
                 for mode in row {
                     let facts = mode.facts();
