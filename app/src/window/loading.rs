@@ -122,7 +122,7 @@ impl Loading {
         let asks = matches!(self.state, State::Asking(_));
         let (pivot, at) =
             if asks { (Align2::CENTER_CENTER, place.center()) } else { (Align2::LEFT_BOTTOM, place.left_bottom() + vec2(10.0, -10.0)) };
-        let area = Area::new(Id::unique("loading")).order(Order::Foreground).pivot(pivot).fixed_pos(at);
+        let area = Area::new(Id::unique(("loading", asks))).order(Order::Foreground).pivot(pivot).fixed_pos(at);
         let shown = area.show(ctx, |ui| {
             Frame::popup(ui.style()).show(ui, |ui| {
                 ui.set_width((place.width() - 40.0).clamp(160.0, 440.0));

@@ -211,6 +211,8 @@ fn wait_for(window: &mut Window, label: &str) {
         assert!(begun.elapsed() < Duration::from_secs(60), "waited in vain for {label:?}");
         std::thread::sleep(Duration::from_millis(10));
     }
+    // What has just come takes a frame to find its place.
+    window.run_steps(2);
 }
 
 /// Where the part of that name is.
