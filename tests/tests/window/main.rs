@@ -261,6 +261,9 @@ fn close_drawers(window: &mut Window) {
 }
 
 fn choose(window: &mut Window, role: Role, label: &str) {
+    // It may have to be scrolled to.
+    window.get_by_role_and_label(role, label).scroll_to_me();
+    window.run_steps(6);
     window.get_by_role_and_label(role, label).click();
     settle(window);
 }

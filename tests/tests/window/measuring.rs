@@ -37,7 +37,7 @@ fn rays_and_landmarks_are_many_named_and_undone() {
     click(&mut window, other);
     window.get_by_label("Name of L1");
     window.get_by_label_contains("mm to L1");
-    window.get_by_label("Density along the ray");
+    window.get_by_label("Bone and density along the ray");
     screenshot(&mut window, "measured.png");
     window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     window.run_steps(3);
@@ -93,6 +93,7 @@ fn a_map_of_thickness_is_measured_painted_and_dropped() {
     window.get_by_label("Landmark").click();
     window.run_steps(2);
     click(&mut window, target);
+    command(&mut window, "Thickness map");
     window.get_by_role_and_label(Role::RadioButton, "Around a landmark").click();
     window.run_steps(2);
     window.get_by_label("Measure the thickness").click();
@@ -151,9 +152,6 @@ fn a_ray_by_numbers_its_curve_and_a_selection_that_is_no_step() {
     window.get_by_label("Length against the isovalue").click();
     window.run_steps(3);
     window.get_by_label("Curve of length against isovalue");
-    // The panel is pulled up, so that both plots are seen.
-    let edge = window.state().picture_rect().unwrap().center_bottom();
-    drag(&mut window, edge, edge - egui::vec2(0.0, 160.0));
     settle(&mut window);
     screenshot(&mut window, "curve.png");
     undo(&mut window);

@@ -8,7 +8,7 @@ use super::super::widgets::{color_button, line};
 use super::along;
 use super::ray_form::RayForm;
 use super::stretches;
-use bregma_measure::export::Named;
+use bregma_measure::export::{self, Named};
 use bregma_session::record::made;
 use bregma_session::save;
 use egui::{Align, DragValue, Id, Layout, Role, ScrollArea, TextEdit, Ui, WidgetInfo};
@@ -24,7 +24,8 @@ pub fn show(ui: &mut Ui, bench: &mut Bench, form: &mut RayForm) {
         ui.weak("Click on bone: the difference ray through that point lists every stretch of bone that it meets, in every scan.");
         return;
     }
-    if list(ui, &mut bench.work.measured) {
+    let selected_ray = bench.found.get(bench.work.measured.selected);
+    if list(ui, &mut bench.work.measured, selected_ray) {
         bench.save(ui.ctx(), SAVE, |bench, file| {
             let names = bench.work.measured.rays.iter().map(|named| named.name.as_str());
             let named: Vec<Named<'_>> = names.zip(&bench.found).map(|(name, found)| Named { name, found: &found.ray }).collect();
@@ -57,8 +58,14 @@ const SAVE: Ask = Ask {
 const LISTED: f32 = 4.0;
 
 /// All rays. True when they should be saved.
-fn list(ui: &mut Ui, measured: &mut Measured) -> bool {
-    let save = line(ui, |ui| ui.button("Save rays…").on_hover_text("As CSV, JSON, or 3D Slicer markups").clicked());
+fn list(ui: &mut Ui, measured: &mut Measured, selected: Option<&Found>) -> bool {
+    let [save, copy] = line(ui, |ui| {
+        let save = ui.button("Save rays…").on_hover_text("As CSV, JSON, or 3D Slicer markups").clicked();
+        [save, ui.button("Copy as text").on_hover_text("What the selected ray found, as a table to paste").clicked()]
+    });
+    if let Some(found) = selected.filter(|_| copy) {
+        ui.ctx().copy_text(export::table(&found.ray));
+    }
     let mut removed = false;
     let height = LISTED * (ui.spacing().interact_size.y + ui.spacing().item_spacing.y);
     ScrollArea::vertical().id_salt("rays").max_height(height).auto_shrink([false, true]).show(ui, |ui| {
