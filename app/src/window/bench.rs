@@ -15,13 +15,16 @@ use super::recovery::{Kept, Recovery};
 use super::remembered::Remembered;
 use bregma_measure::DifferenceRay;
 use bregma_session::save::SaveError;
-use bregma_session::{Kind, Opened, Source};
+use bregma_session::{Compare, Kind, Opened, Source};
 use egui::{Context, Id, Modal};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// What is done with the files that a person chose.
 type Then = Box<dyn FnOnce(&mut Bench, &Context, Vec<PathBuf>)>;
+
+/// From this width of the window on, in points, two scans open beside each other.
+const WIDE: f32 = 2000.0;
 
 /// The workbench of the window.
 pub struct Bench {
@@ -206,6 +209,10 @@ impl Bench {
             return;
         }
         opened.first_look(self.view.aspect());
+        // A wide screen has room for two views.
+        if !opened.from_session && opened.volumes.len() == 2 && ctx.content_rect().width() > WIDE {
+            opened.compare = Compare::SideBySide;
+        }
         let measured = Measured::of(&mut opened);
         self.work = Work { opened, measured };
         self.view.forget_first_point();

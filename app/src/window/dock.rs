@@ -1,7 +1,9 @@
 //! How the window is divided: a side on the left and one on the right of the picture. Each can be folded to a strip; where the window is
 //! narrow its contents come as a drawer over the picture, which keeps its size.
 
-use egui::{Align2, Area, Color32, Context, CursorIcon, Frame, Id, Margin, Order, Panel, Rect, Role, Sense, Stroke, Ui, UiBuilder, Vec2, WidgetInfo};
+use egui::{
+    Align2, Area, Color32, Context, CursorIcon, Frame, Id, Margin, Order, Panel, Rect, Role, Sense, Stroke, Ui, UiBuilder, Vec2, WidgetInfo,
+};
 use egui::{FontId, epaint::TextShape, pos2, vec2};
 use std::f32::consts::FRAC_PI_2;
 

@@ -71,8 +71,10 @@ fn faults(window: &Window) -> Vec<String> {
     faults
 }
 
-const LONG: [&str; 2] =
-    ["Homo sapiens, female, left temporal bone, second reconstruction 2023-04-17", "Pan troglodytes verus ZMB 83623 adult male, cranium and mandible"];
+const LONG: [&str; 2] = [
+    "Homo sapiens, female, left temporal bone, second reconstruction 2023-04-17",
+    "Pan troglodytes verus ZMB 83623 adult male, cranium and mandible",
+];
 
 /// What is open one after the other.
 const STEPS: [(&str, fn(&mut Window)); 7] = [
@@ -171,4 +173,25 @@ fn a_click_that_closes_a_menu_or_a_colour_casts_no_ray() {
     }
     click(&mut window, bone);
     assert!(window.state().difference_ray().is_some());
+}
+
+#[test]
+fn every_command_is_found_by_its_name_and_says_why_it_cannot_be_done() {
+    // Fails if the list of commands does not search, is not left by Escape, or does something that is not allowed.
+    let mut window = open(Start::Files(vec![]));
+    window.run_steps(2);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::K);
+    window.run_steps(3);
+    window.event(Event::Text("SESSION save".into()));
+    window.run_steps(3);
+    assert!(window.query_by_label_contains("Save session as").is_some() && window.query_by_label_contains("Redo").is_none());
+    let found: Vec<_> = window.query_all_by_label_contains("Save session").collect();
+    assert!(found.len() == 2 && found.iter().all(|command| command.accesskit_node().is_disabled()));
+    drop(found);
+    window.key_press(Key::Enter);
+    window.run_steps(3);
+    assert!(window.query_by_label("Search the commands").is_some(), "what cannot be done is not done");
+    window.key_press(Key::Escape);
+    window.run_steps(3);
+    assert!(window.query_by_label("Search the commands").is_none());
 }

@@ -133,7 +133,7 @@ fn the_demo_pair_is_opened_changed_and_measured() {
     // The table shows what was measured.
     let cell = format!("{:.2}", frontal.length_mm);
     assert!(window.query_all_by_label(&cell).next().is_some(), "the table has a cell {cell}");
-    window.get_by_label("Difference ray");
+    window.get_by_label("Name of Ray 1");
 
     // The ray stays in the world: its bone changes with the isovalue, and the view turns around it.
     settle(&mut window);

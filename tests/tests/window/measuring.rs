@@ -37,11 +37,13 @@ fn rays_and_landmarks_are_many_named_and_undone() {
     click(&mut window, other);
     window.get_by_label("Name of L1");
     window.get_by_label_contains("mm to L1");
-    window.get_by_label("Bone and density along the ray");
-    screenshot(&mut window, "measured.png");
     window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     window.run_steps(3);
     assert!(window.query_by_label("Name of L2").is_none() && window.query_by_label("Name of L1").is_some());
+    window.get_by_label("Rays (3)").click();
+    window.run_steps(3);
+    window.get_by_label("Bone and density along the ray");
+    screenshot(&mut window, "measured.png");
     window.get_by_label("Delete Ray 2").click();
     window.run_steps(3);
     assert!(window.query_by_label("Delete Ray 2").is_none() && window.query_by_label("Delete Ray 1").is_some());
@@ -158,4 +160,93 @@ fn a_ray_by_numbers_its_curve_and_a_selection_that_is_no_step() {
     assert!(window.query_by_label("Delete Ray 2").is_none() && window.query_by_label("Delete Ray 1").is_some());
     assert_eq!(window.state().difference_ray().unwrap().volumes, ray.volumes);
     std::fs::remove_file(&file).unwrap();
+}
+
+#[test]
+fn a_cut_or_a_look_moves_no_number() {
+    // Fails if a cut empties the table of a ray, a ready-made look moves the isovalue, the colour or the opacity of a scan, or a ray measured as
+    // cut is the same as one of the whole bone.
+    let mut window = open(Start::Demo);
+    wait(&mut window, "the demo pair", |w| !w.is_loading());
+    settle(&mut window);
+    let target = on_bone(&window) - egui::vec2(0.0, 40.0);
+    click(&mut window, target);
+    let whole = window.state().difference_ray().unwrap().clone();
+    // B − A with its ± stands on top, and says what it lacks.
+    let difference = &whole.pairs[0].differences[0];
+    let number = bregma_measure::numbers::signed(difference.difference_mm, 2);
+    assert!(window.query_all_by_label(&number).next().is_some(), "{number}");
+    let error = format!("± {} mm", bregma_measure::numbers::fixed(difference.uncertainty.error_mm, 2));
+    assert!(window.query_all_by_label(&error).next().is_some(), "{error}");
+    assert!(window.query_all_by_label_contains("without the registration's error").next().is_some());
+
+    window.get_by_label("Cuts").click();
+    window.run_steps(8);
+    choose(&mut window, Role::Button, "Slice view");
+    assert_eq!(window.state().difference_ray().unwrap().volumes, whole.volumes, "a cut is a way of looking");
+    let layers = window.state().scene().layers.clone();
+    window.get_by_label("Look of skull A").scroll_to_me();
+    window.run_steps(4);
+    window.get_by_label("Look of skull A").click();
+    window.run_steps(4);
+    window.get_by_label("dry skull").click();
+    settle(&mut window);
+    let after = &window.state().scene().layers;
+    assert!(after[0].transfer.is_some() && after[0].transfer != layers[0].transfer, "the look is another");
+    for (a, b) in after.iter().zip(&layers) {
+        assert_eq!((a.iso, a.color, a.opacity), (b.iso, b.color, b.opacity));
+    }
+    assert_eq!(window.state().difference_ray().unwrap().volumes, whole.volumes);
+    assert!(window.state().difference_ray().unwrap().notes.is_empty());
+
+    // Who wants to measure what is left asks for it.
+    choose(&mut window, Role::CheckBox, "As cut");
+    let cut = window.state().difference_ray().unwrap();
+    assert!(cut.as_cut && cut.volumes != whole.volumes);
+    choose(&mut window, Role::CheckBox, "As cut");
+    assert_eq!(window.state().difference_ray().unwrap().volumes, whole.volumes);
+
+    // Unlike thresholds are said.
+    window.get_by_role_and_label(Role::SpinButton, "Isovalue of skull A as a number").set_value_accesskit(400.0);
+    settle(&mut window);
+    let note = window.state().difference_ray().unwrap().notes.first().cloned().expect("a note");
+    assert!(window.query_all_by_label(&note).next().is_some(), "{note}");
+}
+
+#[test]
+fn landmarks_are_set_by_a_list_dragged_and_left_missing() {
+    // Fails if a click sets another than the next of the list, a landmark cannot be corrected by hand, or leaves the surface.
+    let mut window = open(Start::Demo);
+    wait(&mut window, "the demo pair", |w| !w.is_loading());
+    settle(&mut window);
+    window.key_press(Key::L);
+    window.run_steps(2);
+    window.get_by_label("Use a list").click();
+    window.run_steps(4);
+    window.get_by_label("Craniometric points of skull A").click();
+    window.run_steps(4);
+    let count = window.state().landmarks().len();
+    assert!(count > 20 && window.state().landmarks().iter().all(|l| l.point_mm.is_none() && l.scan.as_deref() == Some("skull A")));
+    // B alone is out of the way.
+    window.get_by_label("Show skull B").click();
+    settle(&mut window);
+    let at = on_bone(&window) - egui::vec2(0.0, 40.0);
+    for shift in [0.0, 14.0] {
+        click(&mut window, at + egui::vec2(shift, 0.0));
+    }
+    let set: Vec<usize> = (0..count).filter(|n| window.state().landmarks()[*n].point_mm.is_some()).collect();
+    assert_eq!((set, window.state().landmarks().len()), (vec![0, 1], count), "in the order of the list");
+    window.get_all_by_label("missing").nth(2).unwrap().click();
+    window.run_steps(3);
+    click(&mut window, at + egui::vec2(-14.0, 0.0));
+    assert!(window.state().landmarks()[4].point_mm.is_some() && window.state().landmarks()[2].point_mm.is_none());
+
+    let before = window.state().landmarks()[0].point_mm.unwrap();
+    let camera = window.state().scene().camera;
+    drag(&mut window, at, at - egui::vec2(0.0, 25.0));
+    let after = window.state().landmarks()[0].point_mm.unwrap();
+    assert!(after.z > before.z + 2.0 && window.state().scene().camera == camera, "{before} {after}");
+    undo(&mut window);
+    assert_eq!(window.state().landmarks()[0].point_mm, Some(before), "a drag is one step");
+    screenshot(&mut window, "template.png");
 }

@@ -157,3 +157,52 @@ fn a_series_is_chosen_and_gaps_are_filled_only_when_asked() {
     assert!(window.state().scene().layers.is_empty());
     std::fs::remove_dir_all(folder).unwrap();
 }
+
+/// A landmark and a registration as 3D Slicer and ITK write them.
+const MARKUPS: &str = r#"{"markups":[{"type":"Fiducial","coordinateSystem":"LPS","controlPoints":[{"label":"glabella","position":[1.0,2.0,3.0],"positionStatus":"defined"},{"label":"nasion","position":[0.0,0.0,0.0],"positionStatus":"undefined"}]}]}"#;
+const TRANSFORM: &str = "#Insight Transform File V1.0\n#Transform 0\nTransform: AffineTransform_double_3_3\nParameters: 1 0 0 0 1 0 0 0 1 -5 0 0\nFixedParameters: 0 0 0\n";
+
+#[test]
+fn landmarks_and_registrations_are_files_among_the_files_and_one_bad_file_is_named() {
+    // Fails if a file of landmarks or a registration cannot be dropped, or one bad file among several keeps the others out.
+    let files = [ball("moving", 24), ball("fixed", 32)];
+    let named = |name: &str, text: &str| {
+        let file = std::env::temp_dir().join(format!("bregma-{}-{name}", std::process::id()));
+        std::fs::write(&file, text).unwrap();
+        file
+    };
+    let bad = named("bad.nrrd", "NRRD0004\n");
+    let sources = [&files[0], &bad, &files[1]].map(|file| bregma_session::Source { file: file.clone(), ..Default::default() });
+    let mut window = open(Start::Files(sources.into()));
+    wait(&mut window, "the scans", |w| !w.is_loading());
+    window.run_steps(2);
+    assert_eq!(window.state().scene().layers.len(), 2);
+    window.get_by_label_contains("bad.nrrd");
+    assert_eq!(window.state().scene().mode, Mode::Overlay, "two scans open laid over each other");
+    let (markups, transform) = (named("points.mrk.json", MARKUPS), named("move.tfm", TRANSFORM));
+    drop_file(&mut window, &markups);
+    let landmarks = window.state().landmarks();
+    assert_eq!((landmarks.len(), landmarks[0].point_mm, landmarks[1].point_mm), (2, Some(glam::dvec3(1.0, 2.0, 3.0)), None));
+    drop_file(&mut window, &transform);
+    assert_ne!(window.state().scene().layers[1].transform, window.state().scene().layers[0].transform);
+    window.get_by_label_contains("was moved as");
+    undo(&mut window);
+    assert_eq!(window.state().scene().layers[1].transform, window.state().scene().layers[0].transform);
+    files.iter().chain([&bad, &markups, &transform]).for_each(|file| std::fs::remove_file(file).unwrap());
+}
+
+#[test]
+fn the_first_view_fits_the_bone() {
+    // Fails if what is seen first is small in its picture, or cut off.
+    let mut window = open(Start::Demo);
+    wait(&mut window, "the demo pair", |w| !w.is_loading());
+    settle(&mut window);
+    let picture = window.state().picture().unwrap();
+    let (w, h) = (picture.width as usize, picture.height as usize);
+    let bone = |x: usize, y: usize| picture.volume_id[y * w + x] != 0;
+    let columns: Vec<usize> = (0..w).filter(|x| (0..h).any(|y| bone(*x, y))).collect();
+    let rows: Vec<usize> = (0..h).filter(|y| (0..w).any(|x| bone(x, *y))).collect();
+    let [across, down] = [(&columns, w), (&rows, h)].map(|(seen, n)| (seen[seen.len() - 1] - seen[0]) as f64 / n as f64);
+    println!("bone spans {:.0} % of the width and {:.0} % of the height", 100.0 * across, 100.0 * down);
+    assert!(across.max(down) > 0.8 && columns[0] > 0 && rows[0] > 0 && columns[columns.len() - 1] < w - 1 && rows[rows.len() - 1] < h - 1);
+}

@@ -3,7 +3,7 @@
 
 use super::super::picture::cast::Found;
 use bregma_measure::export;
-use bregma_measure::numbers::{fixed, signed, suffix};
+use bregma_measure::numbers::{fixed, signed, significant, suffix};
 use bregma_measure::{Difference, LedgerEntry, Segment, Uncertainty, VolumeRecord};
 use egui::{Align, Color32, Grid, Label, Layout, RichText, Ui};
 
@@ -65,7 +65,7 @@ fn segments(ui: &mut Ui, volume: &VolumeRecord, color: Color32, hovered_mm: &mut
     let unit = suffix(volume.unit);
     ui.horizontal(|ui| {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            ui.weak(format!("isovalue {:.4}{unit}", volume.iso).replace(".0000", ""));
+            ui.weak(format!("isovalue {}{unit}", significant(volume.iso, 6)));
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
                 ui.add(Label::new(RichText::new(&volume.name).color(color).strong()).truncate());
             });

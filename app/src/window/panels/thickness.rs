@@ -3,8 +3,8 @@
 use super::super::bench::Bench;
 use super::super::files::{Ask, Kind};
 use super::super::job::Job;
-use super::super::widgets::named_radio;
 use super::super::measured::Work;
+use super::super::widgets::named_radio;
 use bregma_measure::thickness::Statistics;
 use bregma_renderer::{Mode, Scene};
 use bregma_session::thickness::{Coat, Map, Order, ThicknessMethod};

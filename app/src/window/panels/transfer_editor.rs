@@ -13,7 +13,7 @@ const HEIGHT: f32 = 110.0;
 /// Points keep this share of the scan's range between them: a hand can still take hold of each.
 const CLOSEST: f64 = 1e-3;
 
-/// The menu of ready-made looks, which are transfer functions with isosurfaces, under the title `title`.
+/// The menu of ready-made looks, which are transfer functions with further isosurfaces, under the title `title`.
 pub fn presets_menu(ui: &mut Ui, title: &str, volume: &Volume, layer: &mut Layer) {
     // They are read from their files when the menu opens, and kept while it is open.
     let id = ui.scope_id().with("presets");
@@ -38,7 +38,7 @@ pub fn presets_menu(ui: &mut Ui, title: &str, volume: &Volume, layer: &mut Layer
     if button.inner.is_none() {
         ui.data_mut(|d| d.remove_temp::<Arc<(Vec<Preset>, Vec<PresetError>)>>(id));
     }
-    let hint = "Ready-made colours, opacities and isosurfaces; your own are files in the program's presets folder";
+    let hint = "Ready-made colours, opacities and further surfaces; the isovalue that is measured stays. Your own are files in the program's presets folder";
     button.response.on_hover_text(hint).accessible_name(format!("Look of {}", volume.name()));
 }
 

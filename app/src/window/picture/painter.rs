@@ -303,7 +303,11 @@ mod tests {
     }
 
     fn open() -> (Box<dyn Renderer>, Option<GpuError>) {
-        if IS_THERE.load(Ordering::Relaxed) { (Box::new(Card(CpuRenderer::default())), None) } else { (Box::new(CpuRenderer::default()), None) }
+        if IS_THERE.load(Ordering::Relaxed) {
+            (Box::new(Card(CpuRenderer::default())), None)
+        } else {
+            (Box::new(CpuRenderer::default()), None)
+        }
     }
 
     #[test]
