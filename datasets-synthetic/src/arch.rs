@@ -81,6 +81,16 @@ impl Bent {
         (q.max(DVec2::ZERO).length() + q.max_element().min(0.0) - half) / STEEPEST
     }
 
+    /// What of it counts within `radius_mm` of `p`: of its middle, no outline.
+    pub fn near(&self, p: DVec3, radius_mm: f64) -> Self {
+        let at = self.arch.unroll(p.x, p.y);
+        // Unrolling stretches what lies inside of the circle.
+        let stretched = radius_mm * (self.arch.radius_mm / (self.arch.radius_mm + at.y - radius_mm)).max(1.0);
+        let most = self.half_mm[0].max(self.half_mm[1]);
+        let is_middle = at.y > radius_mm - self.arch.radius_mm && polygon(DVec2::new(at.x, p.z), &self.outline) < -most - stretched;
+        Self { outline: if is_middle { vec![] } else { self.outline.clone() }, ..*self }
+    }
+
     /// A ball that holds it: centre and radius.
     pub fn bounds(&self) -> (DVec3, f64) {
         let most = self.half_mm[0].max(self.half_mm[1]);
@@ -88,11 +98,11 @@ impl Bent {
     }
 }
 
-/// Signed distance to a closed polygon, negative inside (I. Quilez, as in `sdf.rs`).
+/// Signed distance to a closed polygon, negative inside; one without corners is the whole plane (I. Quilez, as in `sdf.rs`).
 fn polygon(p: DVec2, corners: &[DVec2]) -> f64 {
     let mut squared = f64::INFINITY;
-    let mut is_inside = false;
-    let mut before = corners[corners.len() - 1];
+    let mut is_inside = corners.is_empty();
+    let mut before = corners.last().copied().unwrap_or_default();
     for &corner in corners {
         let (edge, v) = (before - corner, p - corner);
         squared = squared.min((v - edge * (v.dot(edge) / edge.length_squared()).clamp(0.0, 1.0)).length_squared());

@@ -46,8 +46,8 @@ pub struct Scanner {
 
 /// Samples along a side of the blocks that are skipped as a whole, and slices in a slab of work.
 const BLOCK: usize = 8;
-/// For smaller cubes, finding what of a field counts costs more than it spares.
-const LEAST_NEAR: usize = 4;
+/// For single voxels, finding what of a field counts costs more than it spares.
+const LEAST_NEAR: usize = 2;
 /// Sub-samples along a side of a voxel that the surface may pass: eight of them, one at each corner of a cube.
 const SUB: usize = 2;
 

@@ -25,8 +25,8 @@ pub struct Foot {
 
 /// Newton's steps that are enough: each doubles the digits, and where one leaves the bracket, halving it takes 50.
 const STEPS: usize = 60;
-/// Steps shorter than this no longer move the distance, which is level there, by what float64 resolves.
-const STILL_MM: f64 = 1e-11;
+/// After a step as short as this, what Newton's next would add is its square: less than float64 resolves.
+const STILL_MM: f64 = 1e-7;
 
 impl Ovoid {
     /// Between balls of `radii_mm` around `start` and `end`; halfway the radius is `bulge_mm` above the mean of the two.

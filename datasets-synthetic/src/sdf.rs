@@ -117,6 +117,7 @@ impl Shape {
             Self::Tube(cones) => {
                 Self::Tube(cones.iter().filter(|cone| cone.distance(p) <= distance_mm + 2.0 * radius_mm).copied().collect())
             }
+            Self::Bent(bent) => Self::Bent(bent.near(p, radius_mm)),
             other => other.clone(),
         }
     }
@@ -255,14 +256,15 @@ impl Group {
         let p = DVec3::new(p.x.abs(), p.y, p.z);
         // The union falls, and the part rises, by what a field may change.
         let reach = united_mm + self.blend_mm + GROWTH * radius_mm;
-        let near = self.parts.iter().filter_map(|part| {
+        let near = |part: &Part| {
             if p.distance(part.centre) - part.radius_mm >= reach {
                 return None;
             }
             let distance_mm = part.shape.distance(p);
-            (distance_mm < reach).then(|| part.shape.near(distance_mm, p, radius_mm))
-        });
-        Self::new(self.blend_mm, near)
+            (distance_mm < reach).then(|| Part { shape: part.shape.near(distance_mm, p, radius_mm), ..*part })
+        };
+        let parts = if self.at_least(p) < reach { self.parts.iter().filter_map(near).collect() } else { vec![] };
+        Self { parts, ..*self }
     }
 }
 

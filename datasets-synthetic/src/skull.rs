@@ -62,6 +62,11 @@ const BELL: f64 = 0.12;
 const THICKEST_MM: f64 = 12.0;
 /// Outside of the vault by this much, no bone is so thick that its cavity matters.
 const BEYOND_MM: f64 = 20.0;
+/// Bone as near as the first to a ball that is as far from the vault as the second is not the vault's, nor does the vault's cavity cut it.
+const NEAR_BONE_MM: f64 = 8.0;
+const FAR_FROM_VAULT_MM: f64 = 40.0;
+/// What stands for the vault's foot there.
+const NO_FOOT: Foot = Foot { distance_mm: FAR_FROM_VAULT_MM, normal: DVec3::Z, point: DVec3::ZERO };
 /// Fillet between the vault and the middle cranial fossae, and between bones that grow together.
 const FOSSA_FILLET_MM: f64 = 8.0;
 const FILLET_MM: f64 = 6.0;
@@ -106,6 +111,9 @@ pub struct Skull {
     mandible: Group,
     lower_teeth: Group,
     mandible_shift_mm: DVec3,
+    /// What [`Field::near`] may leave out: the whole cranium, or the vault.
+    has_cranium: bool,
+    has_vault: bool,
     /// Unit normals of [`FRONTAL_NORMAL`], [`OCCIPITAL_NORMAL`] and [`TEMPORAL_NORMAL`].
     normals: [DVec3; 3],
     /// Middle of the burr hole on the outer vault, and its axis.
@@ -139,7 +147,9 @@ impl Field for Skull {
             mandible: self.mandible.near(bone, shifted, radius_mm),
             upper_teeth: self.upper_teeth.near(teeth, p, radius_mm),
             lower_teeth: self.lower_teeth.near(teeth, shifted, radius_mm),
-            fossa: self.fossa,
+            // Both sides of the comparison may change.
+            has_cranium: cranium < teeth + 2.0 * Self::LIPSCHITZ * radius_mm,
+            has_vault: self.has_vault && (cranium.abs() > NEAR_BONE_MM || self.vault.foot(p).distance_mm < FAR_FROM_VAULT_MM),
             ..*self
         })
     }
@@ -164,6 +174,8 @@ impl Skull {
             mandible: Group::new(FILLET_MM, bones::mandible()),
             lower_teeth: Group::new(0.5, bones::lower_teeth()),
             mandible_shift_mm: if which == Which::B { MANDIBLE_SHIFT_MM } else { DVec3::ZERO },
+            has_cranium: true,
+            has_vault: true,
             normals: [FRONTAL_NORMAL, OCCIPITAL_NORMAL, TEMPORAL_NORMAL].map(DVec3::normalize),
             burr: [vault.point(burr), burr],
         }
@@ -193,7 +205,7 @@ impl Skull {
     /// Signed distance of the skull without mandible and teeth, at most [`Self::LIPSCHITZ`] mm per mm.
     pub fn cranium(&self, p: DVec3) -> f64 {
         let fossa = mirrored(p).distance(self.fossa.centre) - self.fossa.radius_mm;
-        let foot = self.vault.foot(p);
+        let foot = if self.has_vault { self.vault.foot(p) } else { NO_FOOT };
         let depth = -foot.distance_mm;
         // Zero at the inner vault. Deep inside, where normals meet and the wall is not continuous, the thickest wall bounds it.
         let wall = if depth > -BEYOND_MM { self.vault_thickness_mm(foot.normal) } else { 0.0 };
@@ -218,7 +230,7 @@ impl Skull {
 
     /// Signed distances of the cranium, of all bone and of the teeth; what does not count may be infinite.
     fn distances(&self, p: DVec3) -> [f64; 3] {
-        let cranium = self.cranium(p);
+        let cranium = if self.has_cranium { self.cranium(p) } else { f64::INFINITY };
         let shifted = p - self.mandible_shift_mm;
         let bone = cranium.min(detached(&self.mandible, shifted, cranium));
         let near = bone.max(ROOT_RAMP_MM);
