@@ -44,8 +44,8 @@ impl Arch {
 #[derive(Clone, Debug)]
 pub struct Bent {
     arch: Arch,
-    /// Its closed outline: along the arch, and up.
-    outline: Vec<DVec2>,
+    /// The edges of its closed outline: along the arch, and up.
+    outline: Vec<[DVec2; 2]>,
     /// Half its thickness in front and in the back, and the places along the arch between which the one becomes the other.
     half_mm: [f64; 2],
     thins_mm: [f64; 2],
@@ -65,7 +65,9 @@ impl Bent {
             let four = [at(i + n - 1), at(i), at(i + 1), at(i + 2)];
             (0..SPAN).map(move |step| catmull_rom(four, step as f64 / SPAN as f64))
         };
-        Self { arch, outline: (0..n).flat_map(span).collect(), half_mm, thins_mm }
+        let line: Vec<_> = (0..n).flat_map(span).collect();
+        let outline = line.iter().zip(line.iter().cycle().skip(1)).map(|(a, b)| [*a, *b]).collect();
+        Self { arch, outline, half_mm, thins_mm }
     }
 
     fn half_mm(&self, along: f64) -> f64 {
@@ -83,36 +85,52 @@ impl Bent {
 
     /// What of it counts within `radius_mm` of `p`: of its middle, no outline.
     pub fn near(&self, p: DVec3, radius_mm: f64) -> Self {
-        let at = self.arch.unroll(p.x, p.y);
-        // Unrolling stretches what lies inside of the circle.
-        let stretched = radius_mm * (self.arch.radius_mm / (self.arch.radius_mm + at.y - radius_mm)).max(1.0);
-        let most = self.half_mm[0].max(self.half_mm[1]);
-        let is_middle = at.y > radius_mm - self.arch.radius_mm && polygon(DVec2::new(at.x, p.z), &self.outline) < -most - stretched;
-        Self { outline: if is_middle { vec![] } else { self.outline.clone() }, ..*self }
+        let unrolled = self.arch.unroll(p.x, p.y);
+        // Unrolling stretches what lies inside of the circle, without end at its centre.
+        let room = self.arch.radius_mm + unrolled.y - radius_mm;
+        if room <= 0.0 {
+            return self.clone();
+        }
+        let reach = radius_mm * (self.arch.radius_mm / room).max(1.0);
+        let q = DVec2::new(unrolled.x, p.z);
+        let distance = polygon(q, &self.outline);
+        if distance < -self.half_mm[0].max(self.half_mm[1]) - reach {
+            return Self { outline: vec![], ..*self };
+        }
+        // The nearest edges, and those that tell inside from outside: to the right at the same height.
+        let counts = |edge: &&[DVec2; 2]| {
+            let (low, high) = (edge[0].min(edge[1]), edge[0].max(edge[1]));
+            let is_beside = low.y <= q.y + reach && high.y >= q.y - reach && high.x >= q.x - reach;
+            is_beside || to_edge(q, edge) <= distance.abs() + 2.0 * reach
+        };
+        Self { outline: self.outline.iter().filter(counts).copied().collect(), ..*self }
     }
 
     /// A ball that holds it: centre and radius.
     pub fn bounds(&self) -> (DVec3, f64) {
         let most = self.half_mm[0].max(self.half_mm[1]);
-        around(self.outline.iter().map(|q| (self.arch.at(q.x).0.extend(q.y), most)))
+        around(self.outline.iter().map(|[q, _]| (self.arch.at(q.x).0.extend(q.y), most)))
     }
 }
 
-/// Signed distance to a closed polygon, negative inside; one without corners is the whole plane (I. Quilez, as in `sdf.rs`).
-fn polygon(p: DVec2, corners: &[DVec2]) -> f64 {
-    let mut squared = f64::INFINITY;
-    let mut is_inside = corners.is_empty();
-    let mut before = corners.last().copied().unwrap_or_default();
-    for &corner in corners {
-        let (edge, v) = (before - corner, p - corner);
-        squared = squared.min((v - edge * (v.dot(edge) / edge.length_squared()).clamp(0.0, 1.0)).length_squared());
-        // The edge passes the height of p on one side of it.
-        if (p.y >= corner.y) != (p.y >= before.y) && (edge.perp_dot(v) < 0.0) == (edge.y > 0.0) {
+/// Signed distance to the closed polygon of `edges`, negative inside; without edges it is the whole plane.
+fn polygon(p: DVec2, edges: &[[DVec2; 2]]) -> f64 {
+    let mut nearest = f64::INFINITY;
+    let mut is_inside = edges.is_empty();
+    for edge in edges {
+        nearest = nearest.min(to_edge(p, edge));
+        // The line from p to the right passes the edge.
+        let [a, b] = *edge;
+        if (p.y >= a.y) != (p.y >= b.y) && ((b - a).perp_dot(p - a) > 0.0) == (b.y > a.y) {
             is_inside = !is_inside;
         }
-        before = corner;
     }
-    if is_inside { -squared.sqrt() } else { squared.sqrt() }
+    if is_inside { -nearest } else { nearest }
+}
+
+fn to_edge(p: DVec2, &[a, b]: &[DVec2; 2]) -> f64 {
+    let (v, edge) = (p - a, b - a);
+    (v - edge * (v.dot(edge) / edge.length_squared()).clamp(0.0, 1.0)).length()
 }
 
 #[cfg(test)]

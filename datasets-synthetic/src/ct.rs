@@ -170,8 +170,8 @@ impl Slab<'_> {
         if self.is_air(field, middle, side) {
             return;
         }
-        // Sub-samples lie within their voxel.
-        let reach_mm = self.sampling.radius_mm(side) + self.sampling.half_diagonal;
+        // Sub-samples lie in the middle of an eighth of their voxel.
+        let reach_mm = self.sampling.radius_mm(side) + 0.5 * self.sampling.half_diagonal;
         let near = if side >= LEAST_NEAR { field.near(middle, reach_mm) } else { None };
         let half = side / 2;
         for n in 0..8 {

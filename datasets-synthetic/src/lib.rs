@@ -12,8 +12,8 @@ pub mod skull;
 use bregma_volume::{Cancelled, Grid, Progress, Raster, Samples, Unit, Volume};
 use ct::Scanner;
 use glam::{DMat3, DVec3, dvec3};
-pub use random::Random;
 pub use ovoid::Foot;
+pub use random::Random;
 pub use skull::{Skull, Which};
 
 /// The scanner of the demo pair's skull `which`: a sharp clinical bone kernel; the two differ in their noise.

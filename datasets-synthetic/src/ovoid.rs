@@ -54,10 +54,15 @@ impl Ovoid {
             ((s - u) / far - b + 2.0 * c * s, rho_squared / (far * far * far) + 2.0 * c)
         };
         let (mut low, mut high) = (0.0, self.length_mm);
-        let mut s = u.clamp(low, high);
+        // Where the slope would be 0 if it were far from the axis.
+        let mut s = (u + rho_squared.sqrt() * (b - 2.0 * c * u.clamp(low, high))).clamp(low, high);
         for _ in 0..STEPS {
             let (rise, curvature) = slope(s);
-            if rise < 0.0 { low = s } else { high = s }
+            if rise < 0.0 {
+                low = s
+            } else {
+                high = s
+            }
             let next = s - rise / curvature;
             // An end is the answer where the slope leads out of it.
             let next = if (low..=high).contains(&next) { next } else { beyond(next, low, high, self.length_mm) };

@@ -56,6 +56,7 @@ impl RoundCone {
 
     /// Signed distance. That of the ball at s along the axis, √(ρ² + (u−s)²) − r(s), is convex in s and least where
     /// (u−s)/√(ρ² + (u−s)²) = −dr/ds, or at the end that is nearer to it.
+    #[inline]
     pub fn distance(&self, p: DVec3) -> f64 {
         let v = p - self.start;
         let u = v.dot(self.axis);
@@ -73,7 +74,7 @@ impl RoundCone {
 const GROWTH: f64 = 2.2;
 
 /// A tube's round cones are about as long as this: bends between them are smaller than a scan shows.
-const CONE_MM: f64 = 3.5;
+const CONE_MM: f64 = 5.0;
 
 impl Shape {
     /// A tube along the smooth line (Catmull and Rom 1974) through balls x, y, z, radius.
@@ -108,17 +109,6 @@ impl Shape {
             Self::Plate { corners, radius_mm } => around(corners.iter().map(|c| (*c, *radius_mm))),
             Self::RoundBox { centre, half_mm, .. } => (*centre, half_mm.length()),
             Self::Bent(bent) => bent.bounds(),
-        }
-    }
-
-    /// What of the solid, which is at `distance_mm` from `p`, has the distance of all of it within `radius_mm` of `p`.
-    fn near(&self, distance_mm: f64, p: DVec3, radius_mm: f64) -> Self {
-        match self {
-            Self::Tube(cones) => {
-                Self::Tube(cones.iter().filter(|cone| cone.distance(p) <= distance_mm + 2.0 * radius_mm).copied().collect())
-            }
-            Self::Bent(bent) => Self::Bent(bent.near(p, radius_mm)),
-            other => other.clone(),
         }
     }
 }
@@ -212,8 +202,24 @@ struct Part {
     radius_mm: f64,
 }
 
+impl Part {
+    /// What of the solid, which is at `distance_mm` from `p`, has the distance of all of it within `radius_mm` of `p`.
+    fn near(&self, distance_mm: f64, p: DVec3, radius_mm: f64) -> Self {
+        match &self.shape {
+            Shape::Tube(cones) => {
+                let near = cones.iter().filter(|cone| cone.distance(p) <= distance_mm + 2.0 * radius_mm);
+                let shape = Shape::Tube(near.copied().collect());
+                let (centre, radius_mm) = shape.bounds();
+                Self { shape, centre, radius_mm }
+            }
+            Shape::Bent(bent) => Self { shape: Shape::Bent(bent.near(p, radius_mm)), ..*self },
+            other => Self { shape: other.clone(), ..*self },
+        }
+    }
+}
+
 /// Most solids of a group.
-const MOST_PARTS: usize = 63;
+const MOST_PARTS: usize = 31;
 
 impl Group {
     /// A group of `shapes`; seams are filleted over `blend_mm`.
@@ -256,15 +262,20 @@ impl Group {
         let p = DVec3::new(p.x.abs(), p.y, p.z);
         // The union falls, and the part rises, by what a field may change.
         let reach = united_mm + self.blend_mm + GROWTH * radius_mm;
+        if self.at_least(p) >= reach {
+            return Self { parts: vec![], ..*self };
+        }
         let near = |part: &Part| {
             if p.distance(part.centre) - part.radius_mm >= reach {
                 return None;
             }
             let distance_mm = part.shape.distance(p);
-            (distance_mm < reach).then(|| Part { shape: part.shape.near(distance_mm, p, radius_mm), ..*part })
+            (distance_mm < reach).then(|| (distance_mm, part.near(distance_mm, p, radius_mm)))
         };
-        let parts = if self.at_least(p) < reach { self.parts.iter().filter_map(near).collect() } else { vec![] };
-        Self { parts, ..*self }
+        let mut parts: Vec<_> = self.parts.iter().filter_map(near).collect();
+        // What the nearest leave no share is passed over soonest.
+        parts.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        Self { parts: parts.into_iter().map(|(_, part)| part).collect(), ..*self }
     }
 }
 

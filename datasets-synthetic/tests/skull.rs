@@ -143,7 +143,10 @@ fn what_is_near_is_all_that_counts() {
             for m in 0..8 {
                 let q = p + (spread(8 * n + m) - 0.5).normalize() * 5.0 * spread(m).x;
                 let (all, part) = (skull.material(q), near.material(q));
-                assert!((all.distance_mm - part.distance_mm).abs() < 1e-12 && (all.inside_hu - part.inside_hu).abs() < 1e-9, "{which:?} {q}");
+                assert!(
+                    (all.distance_mm - part.distance_mm).abs() < 1e-12 && (all.inside_hu - part.inside_hu).abs() < 1e-9,
+                    "{which:?} {q}"
+                );
             }
         }
     }
