@@ -4,7 +4,7 @@ use crate::arch::{Arch, Bent};
 use crate::sdf::{RoundCone, Shape};
 use glam::{DMat3, DVec3, dvec3};
 
-/// Middle of the orbit's opening, and the direction into it.
+/// Middle of the orbit's opening.
 pub const ORBIT_RIM: DVec3 = dvec3(33.5, -73.5, -27.0);
 /// Outward normal of the opening: its lateral edge lies behind its medial one.
 pub const ORBIT_OUT: DVec3 = dvec3(0.496, -0.868, 0.0);
@@ -85,7 +85,7 @@ fn orbit_rim() -> Shape {
     let at = |n: i32| {
         let angle = f64::from(n) * std::f64::consts::TAU / 16.0;
         let (sine, cosine) = angle.sin_cos();
-        // Between an ellipse and a rectangle: the sum of fourth powers is not 1 but that of 2.6th powers.
+        // Between an ellipse and a rectangle: powers of 2.6 sum to 1, and not squares.
         let square = |x: f64| x.abs().powf(2.0 / 2.6).copysign(x);
         let p = ORBIT_RIM + 22.0 * square(cosine) * aside + 19.8 * square(sine) * DVec3::Z;
         [p.x, p.y, p.z, 4.5 + 0.6 * sine + 0.8 * cosine]
