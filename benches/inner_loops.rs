@@ -58,6 +58,12 @@ fn frame_by_instruction_set(bencher: Bencher<'_, '_>, number: usize) {
     bencher.bench_local(|| renderer.render(&PAIR.volumes, &scene, 512, 512).expect("the demo pair can be drawn"));
 }
 
+/// Both skulls of the built-in pair, by their samples along the longest side.
+#[divan::bench(args = [96, 256], sample_count = 3, sample_size = 1)]
+fn demo_pair(bencher: Bencher<'_, '_>, size: usize) {
+    bencher.bench_local(|| Opened::demo(black_box(size), &Progress::default()).expect("the demo pair is made here"));
+}
+
 /// The ranges of the bricks of skull A: once for each volume.
 #[divan::bench(sample_count = 20)]
 fn range_bricks(bencher: Bencher<'_, '_>) {

@@ -1,7 +1,7 @@
 //! The scanner: partial volume, point spread, noise and rounding to whole HU.
 
 use bregma_volume::{Cancelled, Grid, Progress};
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
 /// Air.
@@ -23,6 +23,14 @@ pub trait Field: Sync {
 
     /// What is at `p` (LPS, mm).
     fn material(&self, p: DVec3) -> Material;
+
+    /// The same within `radius_mm` of `p`, without what does not count there; `None` where that is no less work.
+    fn near(&self, _p: DVec3, _radius_mm: f64) -> Option<Self>
+    where
+        Self: Sized,
+    {
+        None
+    }
 }
 
 /// A CT scanner. Its noise is white, as no reconstruction's is, so that its mean and deviation are all there is to know.
@@ -38,6 +46,8 @@ pub struct Scanner {
 
 /// Samples along a side of the blocks that are skipped as a whole, and slices in a slab of work.
 const BLOCK: usize = 8;
+/// For single voxels, finding what of a field counts costs more than it spares.
+const LEAST_NEAR: usize = 2;
 /// Sub-samples along a side of a voxel that the surface may pass: eight of them, one at each corner of a cube.
 const SUB: usize = 2;
 
@@ -73,15 +83,28 @@ impl Scanner {
             for (k, out) in out.chunks_mut(plane).enumerate() {
                 let k = slab * BLOCK + k;
                 blur_across(&mut sums, &sharp, k, &kernels[2]);
-                for (i, (out, sum)) in out.iter_mut().zip(&sums).enumerate() {
-                    let noise = if self.noise_hu > 0.0 { self.noise_hu * normal(self.seed, (k * plane + i) as u64) } else { 0.0 };
-                    // The cast saturates: HU beyond 16 bits do not occur in scans.
-                    *out = (f64::from(*sum) + noise).round() as i16;
-                }
+                self.add_noise(&mut sums, k * plane);
+                // The cast saturates: HU beyond 16 bits do not occur in scans.
+                out.iter_mut().zip(&sums).for_each(|(out, sum)| *out = sum.round_ties_even() as i16);
             }
             progress.advance(1)
         })?;
         Ok(hu)
+    }
+
+    /// Adds the noise of the samples from `first` on.
+    fn add_noise(&self, hu: &mut [f32], first: usize) {
+        if self.noise_hu == 0.0 {
+            return;
+        }
+        let seed = mix(self.seed);
+        // Numbers come in pairs; a plane may begin with the second of one.
+        let (head, rest) = hu.split_at_mut(first % 2);
+        let add = |hu: &mut f32, noise: f64| *hu += (self.noise_hu * noise) as f32;
+        head.iter_mut().for_each(|hu| add(hu, normals(seed, first as u64 / 2)[1]));
+        for (n, pair) in rest.chunks_mut(2).enumerate() {
+            pair.iter_mut().zip(normals(seed, first.div_ceil(2) as u64 + n as u64)).for_each(|(hu, noise)| add(hu, noise));
+        }
     }
 }
 
@@ -89,36 +112,95 @@ impl Scanner {
 fn fill<F: Field>(field: &F, grid: &Grid, first: usize, values: &mut [f32]) {
     let [nx, ny, _] = grid.dims();
     let slices = values.len() / (nx * ny);
-    let map = grid.index_to_world();
-    let world = |x: f64, y: f64, z: f64| map.transform_point3(DVec3::new(x, y, z));
-    // A voxel holds no surface if its centre is farther from it than its corners; a block, if its outermost voxels hold none.
-    let voxel_reach = F::LIPSCHITZ * 0.5 * diagonal(grid, DVec3::ONE);
-    let block_reach = F::LIPSCHITZ * 0.5 * diagonal(grid, DVec3::splat((BLOCK - 1) as f64)) + voxel_reach;
-    // Where sub-samples lie on both sides of a thin wall their differences cancel: the ramp is never steeper than twice that
-    // across the narrowest sub-voxel.
-    let least_mm = 0.5 * grid.spacing_mm().min_element() / SUB as f64;
-    let mid_block = 0.5 * (BLOCK - 1) as f64;
-    for j0 in (0..ny).step_by(BLOCK) {
-        for i0 in (0..nx).step_by(BLOCK) {
-            let centre = world(i0 as f64 + mid_block, j0 as f64 + mid_block, first as f64 + mid_block);
-            if field.material(centre).distance_mm > block_reach {
-                continue; // All air, as the slab was made.
-            }
-            for k in 0..slices {
-                for j in j0..(j0 + BLOCK).min(ny) {
-                    for i in i0..(i0 + BLOCK).min(nx) {
-                        let (x, y, z) = (i as f64, j as f64, (first + k) as f64);
-                        let whole = field.material(world(x, y, z));
-                        let hu = if whole.distance_mm.abs() > voxel_reach {
-                            if whole.distance_mm < 0.0 { whole.inside_hu } else { AIR_HU }
-                        } else {
-                            average(|a, b, c| field.material(world(x + a, y + b, z + c)), least_mm)
-                        };
-                        values[(k * ny + j) * nx + i] = hu as f32;
-                    }
-                }
-            }
+    let mut slab = Slab { sampling: Sampling::new::<F>(grid), size: [nx, ny, slices], first, values };
+    for j in (0..ny).step_by(BLOCK) {
+        for i in (0..nx).step_by(BLOCK) {
+            slab.cube(field, [i, j, 0], BLOCK);
         }
+    }
+}
+
+/// How a grid's points lie, and how far surfaces reach.
+struct Sampling {
+    map: DAffine3,
+    /// A voxel holds no surface if its centre is farther from it than its corners.
+    voxel_reach: f64,
+    /// Half the diagonal of a block of one step.
+    half_diagonal: f64,
+    /// Where sub-samples lie on both sides of a thin wall their differences cancel: the ramp is never steeper than twice that
+    /// across the narrowest sub-voxel.
+    least_mm: f64,
+}
+
+impl Sampling {
+    fn new<F: Field>(grid: &Grid) -> Self {
+        let half_diagonal = 0.5 * diagonal(grid);
+        let least_mm = 0.5 * grid.spacing_mm().min_element() / SUB as f64;
+        Self { map: grid.index_to_world(), voxel_reach: F::LIPSCHITZ * half_diagonal, half_diagonal, least_mm }
+    }
+
+    fn world(&self, x: f64, y: f64, z: f64) -> DVec3 {
+        self.map.transform_point3(DVec3::new(x, y, z))
+    }
+
+    /// From the middle of a cube of `side` voxels to its outermost voxels' centres.
+    fn radius_mm(&self, side: usize) -> f64 {
+        (side - 1) as f64 * self.half_diagonal
+    }
+}
+
+/// Slices from `first` on.
+struct Slab<'a> {
+    sampling: Sampling,
+    size: [usize; 3],
+    first: usize,
+    values: &'a mut [f32],
+}
+
+impl Slab<'_> {
+    /// Fills the cube of `side` voxels whose least corner is `at`, each by its eight halves, down to voxels.
+    fn cube<F: Field>(&mut self, field: &F, at: [usize; 3], side: usize) {
+        if (0..3).any(|axis| at[axis] >= self.size[axis]) {
+            return;
+        }
+        if side == 1 {
+            return self.voxel(field, at);
+        }
+        let middle = self.middle(at, side);
+        if self.is_air(field, middle, side) {
+            return;
+        }
+        // Sub-samples lie in the middle of an eighth of their voxel.
+        let reach_mm = self.sampling.radius_mm(side) + 0.5 * self.sampling.half_diagonal;
+        let near = if side >= LEAST_NEAR { field.near(middle, reach_mm) } else { None };
+        let half = side / 2;
+        for n in 0..8 {
+            self.cube(near.as_ref().unwrap_or(field), [at[0] + (n & 1) * half, at[1] + (n >> 1 & 1) * half, at[2] + (n >> 2) * half], half);
+        }
+    }
+
+    fn middle(&self, [i, j, k]: [usize; 3], side: usize) -> DVec3 {
+        let half = 0.5 * (side - 1) as f64;
+        self.sampling.world(i as f64 + half, j as f64 + half, (self.first + k) as f64 + half)
+    }
+
+    /// No voxel of a cube holds surface or what is inside; the slab was made of air.
+    fn is_air<F: Field>(&self, field: &F, middle: DVec3, side: usize) -> bool {
+        field.material(middle).distance_mm > F::LIPSCHITZ * self.sampling.radius_mm(side) + self.sampling.voxel_reach
+    }
+
+    fn voxel<F: Field>(&mut self, field: &F, at: [usize; 3]) {
+        let [x, y, z] = [at[0], at[1], self.first + at[2]].map(|n| n as f64);
+        let sampling = &self.sampling;
+        let whole = field.material(sampling.world(x, y, z));
+        let hu = if whole.distance_mm > sampling.voxel_reach {
+            AIR_HU
+        } else if whole.distance_mm < -sampling.voxel_reach {
+            whole.inside_hu
+        } else {
+            average(|a, b, c| field.material(sampling.world(x + a, y + b, z + c)), sampling.least_mm)
+        };
+        self.values[(at[2] * self.size[1] + at[1]) * self.size[0] + at[0]] = hu as f32;
     }
 }
 
@@ -138,10 +220,10 @@ fn average(at: impl Fn(f64, f64, f64) -> Material, least_mm: f64) -> f64 {
     AIR_HU + sub.iter().map(share).sum::<f64>() / 8.0
 }
 
-/// The longest diagonal of the parallelepiped of `sides` index steps: its corners are that far apart at most.
-fn diagonal(grid: &Grid, sides: DVec3) -> f64 {
+/// The longest diagonal of the parallelepiped of one index step: its corners are that far apart at most.
+fn diagonal(grid: &Grid) -> f64 {
     let m = grid.index_to_world().matrix3;
-    let along = |sx: f64, sy: f64| (m * (sides * DVec3::new(sx, sy, 1.0))).length();
+    let along = |sx: f64, sy: f64| (m * DVec3::new(sx, sy, 1.0)).length();
     along(1.0, 1.0).max(along(-1.0, 1.0)).max(along(1.0, -1.0)).max(along(-1.0, -1.0))
 }
 
@@ -176,24 +258,25 @@ fn blur_along(row: &mut [f32], kernel: &[f32], line: &mut Vec<f32>) {
     let (radius, last) = (kernel.len() - 1, row.len() - 1);
     line.clear();
     line.extend((0..row.len() + 2 * radius).map(|n| row[n.saturating_sub(radius).min(last)]));
-    for (n, value) in row.iter_mut().enumerate() {
-        let centre = n + radius;
-        let sides = (1..=radius).map(|r| kernel[r] * (line[centre - r] + line[centre + r]));
-        *value = kernel[0] * line[centre] + sides.sum::<f32>();
+    row.iter_mut().zip(&line[radius..]).for_each(|(sum, value)| *sum = kernel[0] * value);
+    for (r, weight) in kernel.iter().enumerate().skip(1) {
+        let sides = line[radius - r..].iter().zip(&line[radius + r..]);
+        row.iter_mut().zip(sides).for_each(|(sum, (a, b))| *sum += weight * (a + b));
     }
 }
 
-/// A standard normal number that depends on (seed, index) only: SplitMix64 (Steele et al. 2014) as a counter-based hash, then
-/// Box and Muller (1958).
-fn normal(seed: u64, index: u64) -> f64 {
-    let mix = |x: u64| {
-        let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        x ^ (x >> 31)
-    };
-    // Seeds are hashed first, so that neighbouring seeds do not share shifted noise.
-    let bits = |n: u64| mix(mix(seed).wrapping_add((2 * index + n + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15)));
+/// Two standard normal numbers that depend on (seed, pair) only: SplitMix64 (Steele et al. 2014) as a counter-based hash, then
+/// Box and Muller (1958). Seeds are hashed first, so that neighbouring seeds do not share shifted noise.
+fn normals(hashed_seed: u64, pair: u64) -> [f64; 2] {
+    let bits = |n: u64| mix(hashed_seed.wrapping_add((2 * pair + n + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15)));
     // 53 bits, moved by half a step off zero, whose logarithm is not finite.
     let unit = |n: u64| ((bits(n) >> 11) as f64 + 0.5) * (-53.0_f64).exp2();
-    (-2.0 * unit(0).ln()).sqrt() * (std::f64::consts::TAU * unit(1)).cos()
+    let (radius, (sine, cosine)) = ((-2.0 * unit(0).ln()).sqrt(), (std::f64::consts::TAU * unit(1)).sin_cos());
+    [radius * cosine, radius * sine]
+}
+
+fn mix(x: u64) -> u64 {
+    let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^ (x >> 31)
 }

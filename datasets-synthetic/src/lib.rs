@@ -1,20 +1,25 @@
 //! Phantoms whose answers are known: a pair of CT skulls and a few analytic solids.
 
 pub mod analytic;
+mod arch;
+mod bones;
 pub mod ct;
+mod ovoid;
 mod random;
-pub mod sdf;
+mod sdf;
 pub mod skull;
 
 use bregma_volume::{Cancelled, Grid, Progress, Raster, Samples, Unit, Volume};
 use ct::Scanner;
 use glam::{DMat3, DVec3, dvec3};
+pub use ovoid::Foot;
 pub use random::Random;
 pub use skull::{Skull, Which};
 
-/// The scanner of the demo pair's skull `which`: a sharp clinical bone kernel; the two differ in their noise.
+/// The scanner of the demo pair's skull `which`: a point spread about as wide as a voxel at 256 samples, since samples of a narrower one
+/// show a smooth wall as rings.
 pub fn scanner(which: Which) -> Scanner {
-    Scanner { psf_sigma_mm: 0.45, noise_hu: 25.0, seed: which as u64 }
+    Scanner { psf_sigma_mm: if which == Which::A { 0.8 } else { 1.0 }, noise_hu: 25.0, seed: which as u64 }
 }
 
 /// The grid of skull `which` with `size` samples along its longest side: A's is aligned with the world and isotropic; B's

@@ -1,12 +1,14 @@
 //! A pair of dry human skulls as continuous distances, with a vault whose wall thickness is known everywhere.
 //!
-//! World is LPS mm: the face looks toward −y, +x is the skull's left. The outer vault is a round cone (small ball behind
-//! the forehead, large ball in the back); its inner surface lies [`Skull::vault_thickness_mm`] below it along its normals, so
-//! that this is the exact length of bone on a normal line, away from sutures and from what is joined to the vault.
+//! World is LPS mm: the face looks toward −y, +x is the skull's left. The outer vault is an ovoid; its inner surface lies
+//! [`Skull::vault_thickness_mm`] below it along its normals, so that this is the exact length of bone on a normal line, away from
+//! sutures and from what is joined to the vault.
 
+use crate::bones;
 use crate::ct::{Field, Material};
-use crate::sdf::{Foot, Group, RoundCone, Shape, smooth_subtraction, smooth_union, zigzag};
-use glam::{DMat3, DVec2, DVec3, dvec3};
+use crate::ovoid::{Foot, Ovoid};
+use crate::sdf::{Group, RoundCone, smooth_subtraction, smooth_union, zigzag};
+use glam::{DVec2, DVec3, dvec3};
 
 /// Which skull of the pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,11 +60,18 @@ pub const TOOTH_HU: f64 = 2400.0;
 const BELL: f64 = 0.12;
 /// More than the thickest wall: FRONTAL_MM + FRONTAL_GAIN_MM = 10 mm.
 const THICKEST_MM: f64 = 12.0;
-/// Centres of the vault's two balls.
-const VAULT_FRONT: DVec3 = dvec3(0.0, -31.0, 15.0);
-const VAULT_BACK: DVec3 = dvec3(0.0, 22.0, 2.0);
-/// Fillet between bones that grow together.
+/// Outside of the vault by this much, no bone is so thick that its cavity matters.
+const BEYOND_MM: f64 = 20.0;
+/// Bone as near as the first to a ball that is as far from the vault as the second is not the vault's, nor does the vault's cavity cut it.
+const NEAR_BONE_MM: f64 = 8.0;
+const FAR_FROM_VAULT_MM: f64 = 40.0;
+/// What stands for the vault's foot there.
+const NO_FOOT: Foot = Foot { distance_mm: FAR_FROM_VAULT_MM, normal: DVec3::Z, point: DVec3::ZERO };
+/// Fillet between the vault and the middle cranial fossae, and between bones that grow together.
+const FOSSA_FILLET_MM: f64 = 8.0;
 const FILLET_MM: f64 = 6.0;
+/// Fillet between the orbits' walls and the face.
+const ORBIT_FILLET_MM: f64 = 2.0;
 /// Walls of the orbits and of the middle cranial fossae.
 const THIN_WALL_MM: f64 = 3.0;
 /// Depth at which compact bone begins to turn spongy, and where it has: the tables are about 1.6 mm thick.
@@ -72,25 +81,43 @@ const ROOT_RAMP_MM: f64 = 0.3;
 /// Extent of the nasal cavity along y and of the foramen magnum along z, between the centres of their round ends.
 const NASAL_Y_MM: [f64; 2] = [-115.0, -52.0];
 const FORAMEN_Z_MM: [f64; 2] = [-95.0, -50.0];
-/// Top of the orbits' walls, −27 + 19.5 + 3: all openings lie below it.
-const OPENINGS_TOP_MM: f64 = -4.5;
+/// The orbits' openings are as much wider and higher than a cone's.
+const ORBIT_WIDER_MM: [f64; 2] = [4.0, 1.5];
+/// From the burr hole's axis, and below its middle, where only the cavity is left to cut: the thickest wall and the rim fit well in between.
+const BURR_REACH_MM: [f64; 2] = [30.0, 40.0];
+/// Top of the orbits' walls: all openings lie below it.
+const OPENINGS_TOP_MM: f64 = -3.0;
+
+/// A middle cranial fossa, full.
+#[derive(Clone, Copy, Debug)]
+struct Ball {
+    centre: DVec3,
+    radius_mm: f64,
+}
 
 /// One skull of the pair.
 #[derive(Clone, Debug)]
 pub struct Skull {
     which: Which,
-    vault: RoundCone,
+    vault: Ovoid,
     solid: Group,
-    fossa: Shape,
+    fossa: Ball,
     orbit: RoundCone,
     nasal: RoundCone,
     foramen: RoundCone,
     canals: Group,
-    inserts: Group,
+    nose: Group,
     upper_teeth: Group,
     mandible: Group,
     lower_teeth: Group,
     mandible_shift_mm: DVec3,
+    /// What [`Field::near`] may leave out: the whole cranium, or the vault.
+    has_cranium: bool,
+    has_vault: bool,
+    /// Unit normals of [`FRONTAL_NORMAL`], [`OCCIPITAL_NORMAL`] and [`TEMPORAL_NORMAL`].
+    normals: [DVec3; 3],
+    /// Middle of the burr hole on the outer vault, and its axis.
+    burr: [DVec3; 2],
 }
 
 impl Field for Skull {
@@ -99,51 +126,58 @@ impl Field for Skull {
     const LIPSCHITZ: f64 = 1.05;
 
     fn material(&self, p: DVec3) -> Material {
-        let cranium = self.cranium(p);
-        let shifted = p - self.mandible_shift_mm;
-        let bone = cranium.min(detached(&self.mandible, shifted, cranium));
-        let near = bone.max(ROOT_RAMP_MM);
-        let teeth = detached(&self.upper_teeth, p, near).min(detached(&self.lower_teeth, shifted, near));
+        let [_, bone, teeth] = self.distances(p);
         let distance_mm = bone.min(teeth);
         let depth = ((-distance_mm - TABLE_MM[0]) / (TABLE_MM[1] - TABLE_MM[0])).clamp(0.0, 1.0);
         let bone_hu = CORTICAL_HU + (DIPLOE_HU - CORTICAL_HU) * depth * depth * (3.0 - 2.0 * depth);
         let tooth = (0.5 - 0.5 * teeth / ROOT_RAMP_MM).clamp(0.0, 1.0);
         Material { distance_mm, inside_hu: bone_hu + (TOOTH_HU - bone_hu) * tooth }
     }
+
+    fn near(&self, p: DVec3, radius_mm: f64) -> Option<Self> {
+        let [cranium, bone, teeth] = self.distances(p);
+        let shifted = p - self.mandible_shift_mm;
+        // Teeth count as far as their ramp reaches, and what is filleted to the orbits' walls as far as that fillet does.
+        let teeth = bone.min(teeth).max(ROOT_RAMP_MM);
+        let hole = Self::LIPSCHITZ * radius_mm - cranium;
+        Some(Self {
+            solid: self.solid.near(cranium + ORBIT_FILLET_MM, p, radius_mm),
+            nose: self.nose.near(cranium, p, radius_mm),
+            canals: if self.canals.at_least(mirrored(p)) - radius_mm > hole { Group::new(1.0, []) } else { self.canals.clone() },
+            mandible: self.mandible.near(bone, shifted, radius_mm),
+            upper_teeth: self.upper_teeth.near(teeth, p, radius_mm),
+            lower_teeth: self.lower_teeth.near(teeth, shifted, radius_mm),
+            // Both sides of the comparison may change.
+            has_cranium: cranium < teeth + 2.0 * Self::LIPSCHITZ * radius_mm,
+            has_vault: self.has_vault && (cranium.abs() > NEAR_BONE_MM || self.vault.foot(p).distance_mm < FAR_FROM_VAULT_MM),
+            ..*self
+        })
+    }
 }
 
 impl Skull {
     /// The skull `which`.
     pub fn new(which: Which) -> Self {
+        let vault = Ovoid::new(dvec3(0.0, -33.0, 10.0), dvec3(0.0, 27.0, -2.0), [54.0, 66.0], 9.0);
+        let burr = BURR_NORMAL.normalize();
         Self {
             which,
-            vault: RoundCone::new(VAULT_FRONT, VAULT_BACK, [56.0, 70.0]),
-            solid: Group::new(4.0, cranial_bones()),
-            fossa: Shape::ball(dvec3(31.0, -10.0, -26.0), 27.0),
-            orbit: RoundCone::new(dvec3(33.0, -86.0, -27.0), dvec3(14.0, -40.0, -26.0), [19.5, 5.0]),
-            nasal: RoundCone::new(dvec3(0.0, 0.0, -34.0), dvec3(0.0, 0.0, -50.0), [4.5, 12.0]),
-            foramen: RoundCone::new(dvec3(0.0, 24.0, 0.0), dvec3(0.0, 32.0, 0.0), [15.0, 14.0]),
-            canals: Group::new(
-                1.0,
-                [
-                    // External auditory meatus; infraorbital foramen.
-                    cone([75.0, 11.0, -46.0], [46.0, 9.0, -45.0], [4.5, 3.5]),
-                    cone([28.0, -90.0, -56.0], [27.0, -74.0, -52.0], [2.0, 2.0]),
-                ],
-            ),
-            inserts: Group::new(
-                1.0,
-                [
-                    // Nasal septum, anterior nasal spine.
-                    plate([0.0, -76.0, -36.0], [0.0, -80.0, -62.0], [0.0, -48.0, -62.0], 0.9),
-                    plate([0.0, -76.0, -36.0], [0.0, -48.0, -62.0], [0.0, -48.0, -44.0], 0.9),
-                    cone([0.0, -82.0, -63.0], [0.0, -91.0, -61.5], [3.0, 1.2]),
-                ],
-            ),
-            upper_teeth: Group::new(0.5, teeth(1.0, -77.5)),
-            mandible: Group::new(2.5, mandible_bones()),
-            lower_teeth: Group::new(0.5, teeth(0.95, -89.0)),
+            vault,
+            solid: Group::new(FILLET_MM, bones::cranium()),
+            fossa: Ball { centre: dvec3(32.0, -8.0, -24.0), radius_mm: 27.0 },
+            orbit: bones::cone([35.0, -89.0, -27.0], [14.0, -40.0, -26.0], [17.5, 5.5]),
+            nasal: bones::cone([0.0, 0.0, -34.0], [0.0, 0.0, -50.0], [4.5, 12.0]),
+            foramen: bones::cone([0.0, 24.0, 0.0], [0.0, 32.0, 0.0], [15.0, 14.0]),
+            canals: Group::new(1.0, bones::canals()),
+            nose: Group::new(1.0, bones::nose()),
+            upper_teeth: Group::new(0.5, bones::upper_teeth()),
+            mandible: Group::new(FILLET_MM, bones::mandible()),
+            lower_teeth: Group::new(0.5, bones::lower_teeth()),
             mandible_shift_mm: if which == Which::B { MANDIBLE_SHIFT_MM } else { DVec3::ZERO },
+            has_cranium: true,
+            has_vault: true,
+            normals: [FRONTAL_NORMAL, OCCIPITAL_NORMAL, TEMPORAL_NORMAL].map(DVec3::normalize),
+            burr: [vault.point(burr), burr],
         }
     }
 
@@ -152,36 +186,41 @@ impl Skull {
         self.vault.foot(p)
     }
 
+    /// The point of the outer vault whose unit outer normal is `normal`.
+    pub fn vault_point(&self, normal: DVec3) -> DVec3 {
+        self.vault.point(normal)
+    }
+
     /// Length of bone on the vault's normal line with the unit outer `normal`, without sutures and burr hole.
     pub fn vault_thickness_mm(&self, normal: DVec3) -> f64 {
-        let bell = |n: DVec3, towards: DVec3| ((n.dot(towards.normalize()) - 1.0) / BELL).exp();
-        let frontal = FRONTAL_MM - PARIETAL_MM + if self.which == Which::B { FRONTAL_GAIN_MM } else { 0.0 };
+        let bell = |n: DVec3, towards: DVec3| ((n.dot(towards) - 1.0) / BELL).exp();
+        let [frontal, occipital, temporal] = self.normals;
+        let gain = if self.which == Which::B { FRONTAL_GAIN_MM } else { 0.0 };
         PARIETAL_MM
-            + frontal * bell(normal, FRONTAL_NORMAL)
-            + (OCCIPITAL_MM - PARIETAL_MM) * bell(normal, OCCIPITAL_NORMAL)
-            + (TEMPORAL_MM - PARIETAL_MM) * bell(mirrored(normal), TEMPORAL_NORMAL)
+            + (FRONTAL_MM - PARIETAL_MM + gain) * bell(normal, frontal)
+            + (OCCIPITAL_MM - PARIETAL_MM) * bell(normal, occipital)
+            + (TEMPORAL_MM - PARIETAL_MM) * bell(mirrored(normal), temporal)
     }
 
     /// Signed distance of the skull without mandible and teeth, at most [`Self::LIPSCHITZ`] mm per mm.
     pub fn cranium(&self, p: DVec3) -> f64 {
-        let m = mirrored(p);
-        let foot = self.vault.foot(p);
-        let wall = self.vault_thickness_mm(foot.normal);
+        let fossa = mirrored(p).distance(self.fossa.centre) - self.fossa.radius_mm;
+        let foot = if self.has_vault { self.vault.foot(p) } else { NO_FOOT };
         let depth = -foot.distance_mm;
         // Zero at the inner vault. Deep inside, where normals meet and the wall is not continuous, the thickest wall bounds it.
-        let cavity = (depth - wall).min(THICKEST_MM / 2.0).max(depth - THICKEST_MM).max(-THIN_WALL_MM - self.fossa.distance(m));
+        let wall = if depth > -BEYOND_MM { self.vault_thickness_mm(foot.normal) } else { 0.0 };
+        let cavity = (depth - wall).min(THICKEST_MM / 2.0).max(depth - THICKEST_MM).max(-THIN_WALL_MM - fossa);
         let walled = if cavity >= 0.0 {
             cavity
         } else {
-            let joined = smooth_union(foot.distance_mm, self.fossa.distance(m), FILLET_MM);
-            let solid = self.solid.unite(joined, p);
-            let solid = if self.which == Which::B { without_burr_hole(solid, p, depth, wall) } else { solid };
+            let solid = self.solid.unite(smooth_union(foot.distance_mm, fossa, FOSSA_FILLET_MM), p);
+            let solid = if self.which == Which::B { self.without_burr_hole(solid, p, depth, wall) } else { solid };
             solid.max(cavity)
         };
         // Grooves also cut what stands up to FILLET_MM above the vault. Nowhere is the cut deeper than on a suture itself.
         let at = |off_suture: f64| (0.5 * SUTURE_WIDTH_MM - off_suture).min(SUTURE_DEPTH_MM - depth).min(depth + FILLET_MM);
         let grooved = if at(0.0) > walled { walled.max(at(sutures(p))) } else { walled };
-        self.inserts.unite(self.with_openings(grooved, p, depth), p)
+        self.nose.unite(self.with_openings(grooved, p, depth), p)
     }
 
     /// Signed distance of the mandible without teeth.
@@ -189,23 +228,49 @@ impl Skull {
         self.mandible.unite(f64::INFINITY, p - self.mandible_shift_mm)
     }
 
+    /// Signed distances of the cranium, of all bone and of the teeth; what does not count may be infinite.
+    fn distances(&self, p: DVec3) -> [f64; 3] {
+        let cranium = if self.has_cranium { self.cranium(p) } else { f64::INFINITY };
+        let shifted = p - self.mandible_shift_mm;
+        let bone = cranium.min(detached(&self.mandible, shifted, cranium));
+        let near = bone.max(ROOT_RAMP_MM);
+        [cranium, bone, detached(&self.upper_teeth, p, near).min(detached(&self.lower_teeth, shifted, near))]
+    }
+
     /// Orbits (with walls of their own), nasal aperture, foramen magnum and canals.
     fn with_openings(&self, bone: f64, p: DVec3, depth: f64) -> f64 {
-        // None is nearer than the plane z = OPENINGS_TOP_MM, and the fillet below is 2 mm.
-        if p.z - OPENINGS_TOP_MM >= bone.abs() + 2.0 {
+        // None is nearer than the plane z = OPENINGS_TOP_MM, and the fillet below is as wide.
+        if p.z - OPENINGS_TOP_MM >= bone.abs() + ORBIT_FILLET_MM {
             return bone;
         }
         let m = mirrored(p);
-        let orbit = self.orbit.distance(m);
-        // The plane of the orbit's rim: its lateral edge lies behind its medial one.
-        let rim = (m - dvec3(15.0, -84.0, 0.0)).dot(dvec3(0.496, -0.868, 0.0));
-        let walled = smooth_union(bone, (orbit - THIN_WALL_MM).max(rim), 2.0);
+        let out = bones::ORBIT_OUT;
+        let from = m - bones::ORBIT_RIM;
+        let aside = dvec3(-out.y, out.x, 0.0);
+        let [wide, high] = ORBIT_WIDER_MM;
+        let orbit = self.orbit.distance(m - from.dot(aside).clamp(-wide, wide) * aside - dvec3(0.0, 0.0, from.z.clamp(-high, high)));
+        let walled = smooth_union(bone, (orbit - THIN_WALL_MM).max(from.dot(out)), ORBIT_FILLET_MM);
         let nasal = self.nasal.distance(dvec3(p.x, p.y - p.y.clamp(NASAL_Y_MM[0], NASAL_Y_MM[1]), p.z));
         // The floor of the anterior fossa roofs the nose.
         let nasal = nasal.max(depth);
         let foramen = self.foramen.distance(dvec3(p.x, p.y, p.z - p.z.clamp(FORAMEN_Z_MM[0], FORAMEN_Z_MM[1])));
         let canals = self.canals.unite(f64::INFINITY, p);
         [orbit, nasal, foramen, canals].into_iter().fold(walled, |bone, hole| bone.max(-hole))
+    }
+
+    /// Takes out a flat-floored pit that follows the vault: its floor lies BURR_WALL_MM above the inner surface.
+    fn without_burr_hole(&self, solid: f64, p: DVec3, depth: f64, wall: f64) -> f64 {
+        let [middle, axis] = self.burr;
+        let v = p - middle;
+        let along = v.dot(axis);
+        let aside = (v - along * axis).length();
+        // Below lies the other side of the head.
+        if aside > BURR_REACH_MM[0] || along < -BURR_REACH_MM[1] {
+            return solid;
+        }
+        let within = BURR_RADIUS_MM - aside;
+        let pit = -smooth_union(wall - BURR_WALL_MM - depth, within, BURR_RIM_MM);
+        smooth_subtraction(solid, pit, BURR_RIM_MM)
     }
 }
 
@@ -214,137 +279,8 @@ fn detached(group: &Group, p: DVec3, within_mm: f64) -> f64 {
     if group.at_least(mirrored(p)) < within_mm { group.unite(f64::INFINITY, p) } else { f64::INFINITY }
 }
 
-/// Takes out a flat-floored pit that follows the vault: its floor lies BURR_WALL_MM above the inner surface.
-fn without_burr_hole(solid: f64, p: DVec3, depth: f64, wall: f64) -> f64 {
-    let axis = BURR_NORMAL.normalize();
-    let v = p - VAULT_BACK;
-    let along = v.dot(axis);
-    if along <= 0.0 {
-        return solid;
-    }
-    let within = BURR_RADIUS_MM - (v - along * axis).length();
-    let pit = -smooth_union(wall - BURR_WALL_MM - depth, within, BURR_RIM_MM);
-    smooth_subtraction(solid, pit, BURR_RIM_MM)
-}
-
 fn mirrored(p: DVec3) -> DVec3 {
     dvec3(p.x.abs(), p.y, p.z)
-}
-
-fn cone(a: [f64; 3], b: [f64; 3], radii_mm: [f64; 2]) -> Shape {
-    Shape::RoundCone(RoundCone::new(a.into(), b.into(), radii_mm))
-}
-
-fn plate(a: [f64; 3], b: [f64; 3], c: [f64; 3], radius_mm: f64) -> Shape {
-    Shape::Plate { corners: [a.into(), b.into(), c.into()], radius_mm }
-}
-
-/// What stands out of the vault, left half.
-fn cranial_bones() -> Vec<Shape> {
-    let mut bones = vec![
-        // Brow ridge and lateral rim of the orbit, frontal to zygomatic.
-        cone([5.0, -82.0, -7.0], [28.0, -80.0, -4.0], [6.0, 5.5]),
-        cone([28.0, -80.0, -4.0], [47.0, -69.0, -10.0], [5.5, 5.0]),
-        cone([47.0, -69.0, -10.0], [52.0, -63.0, -22.0], [5.0, 4.5]),
-        cone([52.0, -63.0, -22.0], [52.0, -62.0, -40.0], [4.5, 5.0]),
-        // Zygomatic bone and infraorbital rim.
-        plate([52.0, -62.0, -38.0], [54.0, -58.0, -46.0], [38.0, -74.0, -50.0], 4.5),
-        cone([50.0, -63.0, -47.0], [34.0, -73.0, -53.0], [6.5, 5.5]),
-        cone([37.0, -75.0, -48.0], [17.0, -83.0, -47.0], [3.5, 3.5]),
-        // Zygomatic arch to its root above the ear.
-        cone([54.0, -60.0, -45.0], [64.0, -42.0, -45.0], [4.5, 3.3]),
-        cone([64.0, -42.0, -45.0], [67.0, -18.0, -43.0], [3.3, 3.0]),
-        cone([67.0, -18.0, -43.0], [64.0, 4.0, -42.0], [3.0, 3.3]),
-        cone([64.0, 4.0, -42.0], [50.0, 14.0, -41.0], [3.3, 6.0]),
-        // Nasal bone and frontal process of the maxilla.
-        cone([2.5, -86.0, -10.0], [3.0, -95.0, -30.0], [4.5, 3.0]),
-        cone([8.0, -85.0, -13.0], [15.0, -84.0, -46.0], [4.5, 4.5]),
-        // Maxilla: front, side, palate.
-        plate([14.0, -82.0, -49.0], [38.0, -69.0, -52.0], [27.0, -70.0, -70.0], 4.0),
-        plate([14.0, -82.0, -49.0], [27.0, -70.0, -70.0], [8.0, -84.0, -70.0], 4.0),
-        plate([37.0, -66.0, -52.0], [33.0, -44.0, -50.0], [29.0, -46.0, -70.0], 4.0),
-        plate([37.0, -66.0, -52.0], [29.0, -46.0, -70.0], [27.0, -68.0, -70.0], 4.0),
-        plate([0.0, -82.0, -66.0], [24.0, -64.0, -66.0], [25.0, -44.0, -66.0], 2.0),
-        plate([0.0, -82.0, -66.0], [25.0, -44.0, -66.0], [0.0, -44.0, -66.0], 2.0),
-        // Sphenoid and clivus, pterygoid plate.
-        cone([0.0, 6.0, -58.0], [0.0, -38.0, -44.0], [10.0, 9.0]),
-        plate([15.0, -34.0, -48.0], [18.0, -34.0, -72.0], [15.0, -42.0, -70.0], 1.8),
-        // Mastoid and styloid process, occipital condyle, external protuberance.
-        cone([51.0, 25.0, -42.0], [50.0, 19.0, -70.0], [12.0, 6.0]),
-        cone([45.0, 12.0, -58.0], [40.0, 2.0, -82.0], [2.5, 1.0]),
-        cone([13.0, 9.0, -67.0], [18.0, 22.0, -69.0], [4.5, 4.5]),
-        Shape::ball(dvec3(0.0, 84.0, -14.0), 7.5),
-    ];
-    // Alveolar process along the dental arch.
-    bones.extend((0..4).map(|i| {
-        let at = |s: f64| arch(s, 1.0).0.extend(-71.0).to_array();
-        cone(at(16.0 * f64::from(i)), at(16.0 * f64::from(i + 1)), [6.0, 6.0])
-    }));
-    bones
-}
-
-/// The mandible without teeth, left half.
-fn mandible_bones() -> Vec<Shape> {
-    let upper = [[0.0, -81.0, -98.0], [14.0, -77.0, -98.0], [25.0, -60.0, -97.0], [31.0, -34.0, -94.0]];
-    let lower = [[0.0, -84.0, -116.0], [15.0, -81.0, -117.0], [32.0, -58.0, -114.0], [43.0, -26.0, -105.0]];
-    let (gonion, notch, neck) = ([46.0, -12.0, -96.0], [48.0, -11.0, -68.0], [50.0, 1.0, -62.0]);
-    let mut bones: Vec<Shape> =
-        (0..3).flat_map(|i| [plate(upper[i], lower[i], lower[i + 1], 4.5), plate(upper[i], lower[i + 1], upper[i + 1], 4.5)]).collect();
-    let (front, coronoid) = ([39.0, -34.0, -88.0], [47.0, -27.0, -56.0]);
-    bones.extend([
-        // Chin.
-        cone([0.0, -88.0, -114.0], [9.0, -85.0, -115.0], [5.5, 5.0]),
-        // Ramus with coronoid process, mandibular notch and condyle.
-        plate(upper[3], lower[3], front, 4.0),
-        plate(front, lower[3], gonion, 3.5),
-        plate(front, gonion, neck, 3.0),
-        plate(front, neck, notch, 3.0),
-        plate(front, notch, coronoid, 2.5),
-        cone([44.0, 2.0, -58.5], [56.0, 2.0, -58.5], [4.0, 4.0]),
-    ]);
-    bones
-}
-
-/// Eight teeth of one side, from the central incisor back; `scale` of the upper arch, middle of the crowns at `z_mm`.
-fn teeth(scale: f64, z_mm: f64) -> Vec<Shape> {
-    // Mesiodistal and buccolingual breadths of a typical adult's upper teeth.
-    const BREADTHS_MM: [[f64; 2]; 8] = [[8.3, 5.5], [6.5, 5.5], [7.5, 7.5], [6.8, 8.5], [6.6, 8.5], [10.0, 10.5], [9.6, 10.5], [8.4, 10.0]];
-    let mut from = 0.0;
-    let tooth = |[along, across]: [f64; 2]| {
-        let (centre, tangent) = arch(from + 0.5 * along, scale);
-        from += along;
-        let t = tangent.extend(0.0);
-        // A gap of 0.5 mm keeps neighbours apart.
-        let half_mm = dvec3(0.5 * along * scale - 0.25, 0.5 * across, 5.5);
-        let axes = DMat3::from_cols(t, DVec3::Z.cross(t), DVec3::Z);
-        Shape::RoundBox { centre: centre.extend(z_mm), axes, half_mm, edge_mm: 1.5 }
-    };
-    BREADTHS_MM.into_iter().map(tooth).collect()
-}
-
-/// Point and unit tangent of the dental arch, `s_mm` (before `scale`) from the midline: half an ellipse, then straight back.
-fn arch(s_mm: f64, scale: f64) -> (DVec2, DVec2) {
-    const STEPS: usize = 256;
-    let (half_width, length, back) = (28.0, 40.0, -45.0);
-    let at = |angle: f64| DVec2::new(half_width * angle.sin(), back - length * angle.cos());
-    let mut left = s_mm;
-    let mut p = at(0.0);
-    for i in 1..=STEPS {
-        let q = at(std::f64::consts::FRAC_PI_2 * i as f64 / STEPS as f64);
-        let step = p.distance(q);
-        if step >= left {
-            return (anchored(p + (q - p) * (left / step), scale), (q - p) / step);
-        }
-        left -= step;
-        p = q;
-    }
-    (anchored(p + left * DVec2::Y, scale), DVec2::Y)
-}
-
-/// Scales the arch about its back end, where upper and lower molars meet.
-fn anchored(p: DVec2, scale: f64) -> DVec2 {
-    let back = DVec2::new(0.0, -32.0);
-    back + scale * (p - back)
 }
 
 /// Distance to the nearest suture, measured along the outer vault (a curve there, a curtain through it in space).

@@ -80,7 +80,7 @@ fn b_is_thicker_in_front_and_thin_under_the_burr_hole() {
     let stated = b.vault_thickness_mm(front.normal) - a.vault_thickness_mm(front.normal);
     assert!((gain - stated).abs() < 1e-6 && gain > 3.4, "{gain} {stated}");
     assert!(a.material(front.point).distance_mm.abs() < 1e-9 && b.material(front.point).distance_mm.abs() < 1e-9);
-    let middle = a.vault_foot(dvec3(0.0, 22.0, 2.0) + 90.0 * BURR_NORMAL.normalize());
+    let middle = a.vault_foot(a.vault_point(BURR_NORMAL.normalize()));
     for n in 0..200 {
         let foot = b.vault_foot(middle.point + (spread(n) - 0.5) * 5.0);
         let wall = wall_mm(&b, foot.point, foot.normal, 1.0);
@@ -92,16 +92,17 @@ fn b_is_thicker_in_front_and_thin_under_the_burr_hole() {
 fn a_and_b_differ_only_where_stated() {
     // Fails if a change leaks beyond the frontal wall, the burr hole and the mandible, or to the right parietal.
     let (a, b) = (Skull::new(Which::A), Skull::new(Which::B));
+    let burr = a.vault_point(BURR_NORMAL.normalize());
     for n in 0..200_000 {
         let p = (spread(n) - 0.5) * dvec3(160.0, 210.0, 210.0) + dvec3(0.0, -4.0, -26.0);
         let shifted = p + MANDIBLE_SHIFT_MM;
         assert!((a.mandible(p) - b.mandible(shifted)).abs() < 1e-9);
         let foot = a.vault_foot(p);
         let frontal = b.vault_thickness_mm(foot.normal) - a.vault_thickness_mm(foot.normal) > 1e-3;
-        let v = p - dvec3(0.0, 22.0, 2.0);
+        let v = p - burr;
         let from_axis = v.reject_from(BURR_NORMAL).length();
         // The rim ends BURR_RIM_MM from the side on the surface; inside the wall, distances to it reach as far again.
-        let burr = v.dot(BURR_NORMAL) > 0.0 && from_axis < BURR_RADIUS_MM + 2.0 * BURR_RIM_MM;
+        let burr = v.dot(BURR_NORMAL) > -40.0 && from_axis < BURR_RADIUS_MM + 2.0 * BURR_RIM_MM;
         let (x, y) = (a.cranium(p), b.cranium(p));
         if !frontal && !burr && x.min(y) < 1.0 {
             assert!((x - y).abs() < 2e-3, "{p}: {x} {y}");
@@ -121,9 +122,33 @@ fn distances_bound_and_the_jaws_do_not_touch() {
             let rise = skull.material(p + step).distance_mm - skull.material(p).distance_mm;
             steepest = steepest.max(rise.abs() / step.length());
             // A ball around p free of one bone and as large as its distance to the other: they are more than 0.8 mm apart.
-            assert!(skull.cranium(p) + skull.mandible(p) > 0.8, "{which:?} {p}");
+            let apart = skull.cranium(p) + skull.mandible(p);
+            assert!(apart > 0.8, "{which:?} {p}: {} {}", skull.cranium(p), skull.mandible(p));
         }
         assert!(steepest <= Skull::LIPSCHITZ, "{which:?}: {steepest}");
+    }
+}
+
+#[test]
+fn what_is_near_is_all_that_counts() {
+    // Fails if a part of the skull is left out that still has a share within the ball, so that blocks of a scan would not meet.
+    for which in [Which::A, Which::B] {
+        let skull = Skull::new(which);
+        for n in 0..20_000 {
+            let p = (spread(n) - 0.5) * dvec3(150.0, 200.0, 200.0) + dvec3(0.0, -4.0, -26.0);
+            if skull.material(p).distance_mm > 12.0 {
+                continue;
+            }
+            let near = skull.near(p, 5.0).expect("skulls leave out what is far");
+            for m in 0..8 {
+                let q = p + (spread(8 * n + m) - 0.5).normalize() * 5.0 * spread(m).x;
+                let (all, part) = (skull.material(q), near.material(q));
+                assert!(
+                    (all.distance_mm - part.distance_mm).abs() < 1e-12 && (all.inside_hu - part.inside_hu).abs() < 1e-9,
+                    "{which:?} {q}"
+                );
+            }
+        }
     }
 }
 
