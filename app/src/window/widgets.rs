@@ -1,8 +1,10 @@
 //! Parts that several panels have.
 
 use bregma_renderer::Color;
+use egui::emath::format_with_decimals_in_range;
 use egui::{Align, Color32, DragValue, Galley, Layout, Slider, TextStyle, TextWrapMode, Ui, WidgetText};
 use glam::DVec3;
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 /// A line of its own height that is filled from the right.
@@ -14,7 +16,7 @@ pub fn line<R>(ui: &mut Ui, add: impl FnOnce(&mut Ui) -> R) -> R {
 pub fn percent(ui: &mut Ui, share: &mut f32, name: &str) {
     // Room for "100 %": a row wider than the panel would widen it.
     ui.spacing_mut().slider_width = ui.available_width() - 75.0;
-    let percent = |value: f64, _: std::ops::RangeInclusive<usize>| format!("{:.0} %", 100.0 * value);
+    let percent = |value: f64, _: RangeInclusive<usize>| format!("{:.0} %", 100.0 * value);
     let slider = Slider::new(share, 0.0..=1.0).custom_formatter(percent).custom_parser(parse_percent).update_while_editing(false);
     ui.add(slider).accessible_name(name);
 }
@@ -23,16 +25,26 @@ fn parse_percent(text: &str) -> Option<f64> {
     text.trim_end_matches(['%', ' ']).trim().parse::<f64>().ok().map(|p| p / 100.0)
 }
 
+/// A number as the widgets show it, but for a negative zero.
+pub fn number(value: f64, decimals: RangeInclusive<usize>) -> String {
+    let text = format_with_decimals_in_range(value, decimals);
+    match text.strip_prefix(['-', '−']) {
+        Some(digits) if !digits.contains(|c: char| ('1'..='9').contains(&c)) => digits.to_owned(),
+        _ => text,
+    }
+}
+
 /// Three numbers in a line.
 pub fn vector(ui: &mut Ui, label: &str, name: &str, value: &mut DVec3, speed: f64) {
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
         ui.weak(label);
-        for (axis, number) in ["x", "y", "z"].into_iter().zip(value.as_mut()) {
-            let drag = DragValue::new(number)
+        for (axis, coordinate) in ["x", "y", "z"].into_iter().zip(value.as_mut()) {
+            let drag = DragValue::new(coordinate)
                 .speed(speed)
                 .range(-1e5..=1e5)
                 .max_decimals(if speed < 0.1 { 3 } else { 1 })
+                .custom_formatter(number)
                 .update_while_editing(false);
             ui.add(drag).accessible_name(format!("{axis} of the {name}"));
         }
@@ -64,4 +76,23 @@ pub fn elided(ui: &Ui, text: &str, width: f32) -> Arc<Galley> {
 pub fn named_radio(ui: &mut Ui, chosen: &mut usize, n: usize, name: &str) {
     let text = elided(ui, name, ui.available_width() - 30.0);
     ui.radio_value(chosen, n, text).on_hover_text(name).accessible_name(name);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::number;
+
+    #[test]
+    fn no_number_is_a_negative_zero() {
+        assert_eq!(
+            [-0.0, -0.001, -0.4, 0.0].map(|value| number(value, 0..=2)),
+            ["0", "0", "-0.4", "0"].map(|text| text.replace('-', &minus()))
+        );
+        assert_eq!(number(-0.001, 2..=2), "0.00");
+    }
+
+    /// The sign that the widgets write.
+    fn minus() -> String {
+        number(-1.0, 0..=0).trim_end_matches('1').to_owned()
+    }
 }

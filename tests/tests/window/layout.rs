@@ -129,6 +129,14 @@ fn no_text_lies_over_another_or_is_cut_off_at_any_size() {
         }
     }
     files.iter().for_each(|file| std::fs::remove_file(file).unwrap());
+    // Two heads, through both walls of which a ray goes: all columns have their longest numbers.
+    let mut window = open(Start::Demo);
+    wait(&mut window, "the demo pair", |w| !w.is_loading());
+    settle(&mut window);
+    let bone = on_bone(&window) - egui::vec2(0.0, 60.0);
+    click(&mut window, bone);
+    window.run_steps(8);
+    all.extend(faults(&window).into_iter().map(|fault| format!("two heads: {fault}")));
     assert!(all.is_empty(), "{} faults\n{}", all.len(), all.join("\n"));
 }
 

@@ -2,7 +2,7 @@
 
 use super::super::measured::Work;
 use super::super::picture::navigate::anatomical;
-use super::super::widgets::{elided, line, vector};
+use super::super::widgets::{self, elided, line, vector};
 use super::look;
 use bregma_field::{Unit, Volume};
 use bregma_renderer::{Bounds, Camera, Clip, CutFace, Mode, Scene, Shape, Window};
@@ -157,6 +157,7 @@ fn cut(ui: &mut Ui, number: usize, clip: &mut Clip, volumes: &[Arc<Volume>], bou
             let range = middle - bounds.radius_mm..=middle + bounds.radius_mm;
             ui.spacing_mut().slider_width = ui.available_width() - 110.0;
             let slider = Slider::new(offset_mm, range).clamping(egui::SliderClamping::Edits).max_decimals(2).suffix(" mm");
+            let slider = slider.custom_formatter(widgets::number);
             ui.add(slider.update_while_editing(false))
                 .on_hover_text("How far the plane lies along its normal from the origin of the scan's coordinates")
                 .accessible_name(format!("Offset of cut {number}"));

@@ -1,7 +1,7 @@
 //! How the scans become a picture: the mode with what it uses, and the light. None of it moves what is measured.
 
 use super::super::bench::Bench;
-use super::super::widgets::{color_button, percent};
+use super::super::widgets::{self, color_button, percent};
 use bregma_field::Volume;
 use bregma_renderer::{BACKGROUND, Gather, Integrator, Mode, Named, Normals, Picture, RayValue, Reconstruction, Scene, Setting, Window};
 use egui::{CollapsingHeader, DragValue, Grid, Ui};
@@ -12,7 +12,8 @@ pub fn show(ui: &mut Ui, bench: &mut Bench) {
     let (opened, picture) = (&mut bench.work.opened, bench.view.painted.as_ref().map(|painted| &painted.picture));
     let scene = &mut opened.scene;
     CollapsingHeader::new("Look").default_open(true).show(ui, |ui| {
-        Grid::new("modes").spacing([2.0, 2.0]).show(ui, |ui| {
+        Grid::new("modes").spacing([5.0, 2.0]).show(ui, |ui| {
+            ui.spacing_mut().icon_spacing = 2.0;
             for row in Mode::ALL.chunks(3) {
                 for mode in row {
                     let facts = mode.facts();
@@ -79,7 +80,12 @@ fn integrator(ui: &mut Ui, integrator: &mut Integrator) {
         *integrator = Integrator::Exact;
     } else if stepwise.clicked() || !is_exact {
         if !is_exact {
-            let number = DragValue::new(&mut steps.0).range(0.25..=32.0).speed(0.02).max_decimals(2).suffix(" per voxel");
+            let number = DragValue::new(&mut steps.0)
+                .custom_formatter(widgets::number)
+                .range(0.25..=32.0)
+                .speed(0.02)
+                .max_decimals(2)
+                .suffix(" per voxel");
             ui.add(number).on_hover_text("Points in a voxel's length, of the finest scan").accessible_name("Steps per voxel");
             ui.checkbox(&mut steps.1, "Jitter").on_hover_text("Begins each pixel's steps elsewhere: fine noise instead of rings");
         }
@@ -113,7 +119,8 @@ fn value_range(ui: &mut Ui, range: &mut Option<[f64; 2]>, volumes: &[Arc<Volume>
         }
         if let Some([low, high]) = range {
             let speed = ((*high - *low) / 200.0).max(1e-6);
-            let number = |value| DragValue::new(value).speed(speed).max_decimals(2).update_while_editing(false);
+            let number =
+                |value| DragValue::new(value).custom_formatter(widgets::number).speed(speed).max_decimals(2).update_while_editing(false);
             // Each stays on its side of the other.
             let (least, most) = (low.next_up(), high.next_down());
             ui.add(number(low).range(f64::MIN..=most).prefix("from ")).accessible_name("Lowest value that counts");
@@ -132,7 +139,8 @@ pub fn window(ui: &mut Ui, window: &mut Option<Window>, first: impl FnOnce() -> 
         }
         if let Some(window) = window {
             let speed = (window.width.abs() / 200.0).max(1e-6);
-            let number = |value| DragValue::new(value).speed(speed).max_decimals(2).update_while_editing(false);
+            let number =
+                |value| DragValue::new(value).custom_formatter(widgets::number).speed(speed).max_decimals(2).update_while_editing(false);
             ui.add(number(&mut window.width).range(0.0..=f64::INFINITY).prefix("W "))
                 .on_hover_text("Width: from black to white, in values")
                 .accessible_name("Window width");

@@ -2,7 +2,7 @@
 
 use super::super::bench::Bench;
 use super::super::measured::{Measured, Work};
-use super::super::widgets::{color, color_button, line, percent};
+use super::super::widgets::{self, color, color_button, line, percent};
 use super::super::words::in_the_window;
 use super::{cuts, histogram, shells, transfer_editor};
 use bregma_field::Volume;
@@ -152,7 +152,11 @@ fn iso_number(ui: &mut Ui, volume: &Volume, layer: &mut Layer) {
     let [low, high] = volume.range();
     let (default, why) = volume.default_isovalue();
     ui.horizontal_wrapped(|ui| {
-        let number = DragValue::new(&mut layer.iso).range(low..=high).clamp_existing_to_range(false).max_decimals(3);
+        let number = DragValue::new(&mut layer.iso)
+            .custom_formatter(widgets::number)
+            .range(low..=high)
+            .clamp_existing_to_range(false)
+            .max_decimals(3);
         // The first digits of a number are no isovalue yet.
         let number = number.update_while_editing(false);
         let number = number.speed((high - low) / 1000.0).suffix(suffix(volume.unit()));

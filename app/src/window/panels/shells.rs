@@ -1,6 +1,6 @@
 //! What a volume's isosurfaces are where they are transparent: their opacity, their inside, and further ones.
 
-use super::super::widgets::{color_button, line, percent};
+use super::super::widgets::{self, color_button, line, percent};
 use bregma_field::Volume;
 use bregma_measure::export::suffix;
 use bregma_renderer::{Color, Layer, Shell};
@@ -33,7 +33,11 @@ pub fn show(ui: &mut Ui, volume: &Volume, layer: &mut Layer) {
                 }
                 ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
                     color_button(ui, &mut shell.color, &format!("Colour of {which}"));
-                    let number = DragValue::new(&mut shell.iso).range(low..=high).clamp_existing_to_range(false).max_decimals(3);
+                    let number = DragValue::new(&mut shell.iso)
+                        .custom_formatter(widgets::number)
+                        .range(low..=high)
+                        .clamp_existing_to_range(false)
+                        .max_decimals(3);
                     let number = number.update_while_editing(false).speed((high - low) / 1000.0).suffix(suffix(volume.unit()));
                     ui.add(number).on_hover_text("Its isovalue").accessible_name(format!("Isovalue of {which}"));
                     percent(ui, &mut shell.opacity, &format!("Opacity of {which}"));

@@ -75,7 +75,7 @@ fn segments(ui: &mut Ui, volume: &VolumeRecord, color: Color32, hovered_mm: &mut
         ui.label(volume.meets.absence().unwrap_or_default());
         return;
     }
-    Grid::new("segments").striped(true).spacing([9.0, 3.0]).min_col_width(0.0).show(ui, |ui| {
+    Grid::new("segments").striped(true).spacing([6.0, 3.0]).min_col_width(0.0).show(ui, |ui| {
         for (head, hint) in COLUMNS {
             let head = ui.with_layout(Layout::right_to_left(Align::Center), |ui| ui.weak(head)).inner;
             if !hint.is_empty() {
@@ -139,7 +139,7 @@ fn parts(u: &Uncertainty, tolerance: &str) -> String {
 
 /// Who is inside where.
 pub fn ledger(ui: &mut Ui, found: &Found) {
-    Grid::new("ledger").striped(true).spacing([9.0, 3.0]).min_col_width(0.0).show(ui, |ui| {
+    Grid::new("ledger").striped(true).spacing([6.0, 3.0]).min_col_width(0.0).show(ui, |ui| {
         for head in ["from", "to", "length"] {
             right(ui, RichText::new(head).weak());
         }

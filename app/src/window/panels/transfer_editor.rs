@@ -1,6 +1,6 @@
 //! A volume's transfer function over its histogram: points to drag, add and remove.
 
-use super::super::widgets::{color, color_button};
+use super::super::widgets::{self, color, color_button};
 use super::histogram;
 use bregma_field::Volume;
 use bregma_measure::export::suffix;
@@ -201,10 +201,19 @@ fn numbers(ui: &mut Ui, volume: &Volume, function: &mut TransferFunction, select
         let Some(mut point) = function.points.get(selected).copied() else { return };
         color_button(ui, &mut point.color, &format!("Colour of the point of {name}"));
         let speed = field.width() / 1000.0;
-        let number =
-            DragValue::new(&mut point.value).speed(speed).max_decimals(3).suffix(suffix(volume.unit())).update_while_editing(false);
+        let number = DragValue::new(&mut point.value)
+            .custom_formatter(widgets::number)
+            .speed(speed)
+            .max_decimals(3)
+            .suffix(suffix(volume.unit()))
+            .update_while_editing(false);
         ui.add(number).on_hover_text("The selected point's value").accessible_name(format!("Value of the point of {name}"));
-        let number = DragValue::new(&mut point.opacity).speed(0.005).range(0.0..=1.0).max_decimals(3).prefix("opacity ");
+        let number = DragValue::new(&mut point.opacity)
+            .custom_formatter(widgets::number)
+            .speed(0.005)
+            .range(0.0..=1.0)
+            .max_decimals(3)
+            .prefix("opacity ");
         ui.add(number.update_while_editing(false))
             .on_hover_text("What a voxel's thickness of it keeps of the light, or the thickness that the look says")
             .accessible_name(format!("Opacity of the point of {name}"));
@@ -247,10 +256,19 @@ fn gradient(ui: &mut Ui, volume: &Volume, function: &mut TransferFunction) {
         let above = function.gradient.get(n + 1).map_or(100.0 * steepest, |p| p.per_mm - gap);
         let point = &mut function.gradient[n];
         ui.horizontal(|ui| {
-            let number = DragValue::new(&mut point.per_mm).speed(steepest / 1000.0).range(below..=above).max_decimals(decimals);
+            let number = DragValue::new(&mut point.per_mm)
+                .custom_formatter(widgets::number)
+                .speed(steepest / 1000.0)
+                .range(below..=above)
+                .max_decimals(decimals);
             ui.add(number.suffix(format!("{} per mm", suffix(volume.unit()))).update_while_editing(false))
                 .accessible_name(format!("Gradient {} of {name}", n + 1));
-            let factor = DragValue::new(&mut point.factor).speed(0.005).range(0.0..=1.0).max_decimals(2).prefix("× ");
+            let factor = DragValue::new(&mut point.factor)
+                .custom_formatter(widgets::number)
+                .speed(0.005)
+                .range(0.0..=1.0)
+                .max_decimals(2)
+                .prefix("× ");
             ui.add(factor.update_while_editing(false)).accessible_name(format!("Factor {} of {name}", n + 1));
             if ui.small_button("×").on_hover_text("Removes this point").clicked() {
                 removed = Some(n);
