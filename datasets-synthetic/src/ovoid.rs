@@ -59,9 +59,9 @@ impl Ovoid {
         for _ in 0..STEPS {
             let (rise, curvature) = slope(s);
             if rise < 0.0 {
-                low = s
+                low = s;
             } else {
-                high = s
+                high = s;
             }
             let next = s - rise / curvature;
             // An end is the answer where the slope leads out of it.

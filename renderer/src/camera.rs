@@ -219,8 +219,7 @@ mod tests {
     #[test]
     fn framed_points_fill_the_picture_but_for_its_rim() {
         // Fails if a point lies outside, or the picture has more room around them than its rim.
-        let points: Vec<DVec3> =
-            (0..60).map(|n| f64::from(n)).map(|n| DVec3::new(90.0 * n.sin(), 30.0 * (1.7 * n).cos(), 2.0 * n)).collect();
+        let points: Vec<DVec3> = (0..60).map(f64::from).map(|n| DVec3::new(90.0 * n.sin(), 30.0 * (1.7 * n).cos(), 2.0 * n)).collect();
         for (azimuth_deg, elevation_deg, [w, h]) in [(35.0, 10.0, [400, 500]), (0.0, 90.0, [800, 300]), (200.0, -40.0, [64, 64])] {
             let camera = Camera::framing(&points, azimuth_deg, elevation_deg, f64::from(w) / f64::from(h));
             let [x, y] = [f64::from(w), f64::from(h)].map(|n| n / 2.0);

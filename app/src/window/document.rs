@@ -140,7 +140,7 @@ impl Bench {
         match session(&self.work, folder, records).write(&file) {
             Ok(()) => {
                 self.messages.note(format!("Saved {}", file.display()));
-                self.remembered.opened(&[file.clone()]);
+                self.remembered.opened(std::slice::from_ref(&file));
                 self.document = Document::new(Some(file), &self.work);
                 next.into_iter().for_each(|next| self.go_on(ctx, next));
             }

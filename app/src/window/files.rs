@@ -55,8 +55,8 @@ pub struct Asking<T> {
 }
 
 enum By {
-    Dialog(Dialog),
-    Prompt(PathPrompt),
+    Dialog(Box<Dialog>),
+    Prompt(Box<PathPrompt>),
 }
 
 struct Dialog {
@@ -83,7 +83,7 @@ impl<T> Asking<T> {
         });
         let focused = ctx.input(|i| i.focused);
         let dialog = Dialog { ask, since: Instant::now(), answer, was_focused: focused, stayed_focused: focused };
-        Self { then, by: By::Dialog(dialog) }
+        Self { then, by: By::Dialog(Box::new(dialog)) }
     }
 
     /// What was chosen, none when it was cancelled, with what shall be done with it; or the question, which is open still. Shows the line to
@@ -102,7 +102,7 @@ impl<T> Asking<T> {
                     Err(TryRecvError::Disconnected) => None,
                 };
                 if answer.is_none() && !dialog.appeared() {
-                    self.by = By::Prompt(PathPrompt::new(dialog.ask.clone()));
+                    self.by = By::Prompt(Box::new(PathPrompt::new(dialog.ask.clone())));
                     return Err(self);
                 }
                 Ok((self.then, answer.unwrap_or_default()))
