@@ -58,11 +58,7 @@ impl Ovoid {
         let mut s = (u + rho_squared.sqrt() * (b - 2.0 * c * u.clamp(low, high))).clamp(low, high);
         for _ in 0..STEPS {
             let (rise, curvature) = slope(s);
-            if rise < 0.0 {
-                low = s;
-            } else {
-                high = s;
-            }
+            (low, high) = if rise < 0.0 { (s, high) } else { (low, s) };
             let next = s - rise / curvature;
             // An end is the answer where the slope leads out of it.
             let next = if (low..=high).contains(&next) { next } else { beyond(next, low, high, self.length_mm) };
