@@ -1,7 +1,7 @@
 //! The libraries' sentences in the window's words: what to do on the command line is a deed of the hand here.
 
 /// What they advise there, and what does the same here; the longer first where one is part of another.
-const DEEDS: [(&str, &str); 16] = [
+const DEEDS: [(&str, &str); 17] = [
     ("; pass --spacing X,Y,Z if it is not so", "; check a length that is known"),
     ("; pass --spacing X,Y,Z where it is 0", "; correct the header where it is 0"),
     ("; pass --spacing X,Y,Z", "; check a length that is known"),
@@ -15,6 +15,7 @@ const DEEDS: [(&str, &str); 16] = [
     ("pass --raw if that is wrong", "rename it if that is wrong"),
     ("check --raw", "check the numbers in its name"),
     (": --transform and --spacing are for scans", ""),
+    ("; pass it as --transform behind that scan", "; open it together with that scan alone"),
     ("what `bregma probe --format json` wrote", "a file of saved rays"),
     ("draw it without --reconstruction spline", "switch Spline off"),
     ("use --backend gpu or another --solver", "choose another in View › Speed and accuracy"),

@@ -1,5 +1,6 @@
 //! That everything can be read, whatever the window's size, and that nothing moves between two clicks.
 
+use super::sheet::Step;
 use super::*;
 use egui::epaint::{ClippedShape, Shape, TextShape};
 use egui::{Rect, Vec2};
@@ -77,7 +78,7 @@ const LONG: [&str; 2] = [
 ];
 
 /// What is open one after the other.
-const STEPS: [(&str, fn(&mut Window)); 7] = [
+const STEPS: [Step; 7] = [
     ("rays", |window| open_side(window, "Results")),
     ("who is inside where", |window| window.get_by_label("Who is inside where").click_accesskit()),
     ("landmarks", |window| window.get_by_label_contains("Landmarks (").click()),

@@ -6,8 +6,8 @@ use super::*;
 /// Sizes in points, and pixels of a point.
 const SIZES: [([f32; 2], f32); 4] = [([720.0, 480.0], 1.0), ([1280.0, 800.0], 1.0), ([1920.0, 1080.0], 1.0), ([1280.0, 800.0], 2.0)];
 
-/// What is done before a picture of it is taken; each goes on from the one before.
-type Step = (&'static str, fn(&mut Window));
+/// What is done before the window is looked at, with a name for it; each goes on from the one before.
+pub type Step = (&'static str, fn(&mut Window));
 
 const STEPS: [Step; 9] = [
     ("opened", |_| {}),

@@ -136,10 +136,10 @@ fn axis(ui: &Ui, scale: &Scale, top: f32) {
     }
 }
 
-/// Round values from `low` to `high`, about `count` of them and at least two where there is room for one, with as many digits as tell them
-/// apart.
+/// Round values from `low` to `high`, at most about `count` of them but at least two, with as many digits as tell them apart.
 fn ticks(low: f64, high: f64, count: f32) -> Vec<(f64, String)> {
-    let step = round_down((high - low) / f64::from(count.max(2.0)) * 2.0);
+    // Of 1, 2, 5 and their decades the next larger, whose reciprocals are of them too, unless that leaves no two numbers.
+    let step = (1.0 / round_down(f64::from(count.max(1.0)) / (high - low))).min(round_down(0.5 * (high - low)));
     if !(step > 0.0 && step.is_finite()) {
         return vec![];
     }

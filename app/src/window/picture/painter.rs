@@ -325,7 +325,7 @@ mod tests {
         };
         let shared = Shared::default();
         let mut worker = Worker::new(&shared, open);
-        let mut draw = |worker: &mut Worker| worker.draw(&shared, &wish, &wish.scene, size).unwrap().rgba;
+        let draw = |worker: &mut Worker| worker.draw(&shared, &wish, &wish.scene, size).unwrap().rgba;
         let first = draw(&mut worker);
         IS_THERE.store(false, Ordering::Relaxed);
         assert_eq!(draw(&mut worker), first);
