@@ -9,7 +9,7 @@ const SIZES: [([f32; 2], f32); 4] = [([720.0, 480.0], 1.0), ([1280.0, 800.0], 1.
 /// What is done before the window is looked at, with a name for it; each goes on from the one before.
 pub type Step = (&'static str, fn(&mut Window));
 
-const STEPS: [Step; 9] = [
+const STEPS: [Step; 10] = [
     ("opened", |_| {}),
     ("rays", |window| {
         for shift in [egui::vec2(0.0, 0.0), egui::vec2(-30.0, -25.0), egui::vec2(25.0, -45.0)] {
@@ -47,6 +47,13 @@ const STEPS: [Step; 9] = [
     }),
     ("volume", |window| {
         window.get_by_role_and_label(Role::RadioButton, "Volume").click_accesskit();
+    }),
+    ("swipe", |window| {
+        window.get_by_role_and_label(Role::RadioButton, "Isosurface").click_accesskit();
+        close_drawers(window);
+        window.get_by_label("Compare").click();
+        window.run_steps(3);
+        window.get_by_label("Swipe").click();
     }),
     ("commands", |window| {
         window.key_press_modifiers(Modifiers::COMMAND, Key::K);

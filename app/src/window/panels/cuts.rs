@@ -211,9 +211,10 @@ fn which(ui: &mut Ui, number: usize, clip: &mut Clip, volumes: &[Arc<Volume>]) {
 }
 
 fn face(ui: &mut Ui, scene: &mut Scene, volumes: &[Arc<Volume>]) {
-    Grid::new("faces").spacing([10.0, 2.0]).show(ui, |ui| {
-        for row in FACES.chunks(2) {
-            ui.weak(if row[0].0 == CutFace::Bone { "The cut shows" } else { "" });
+    ui.weak("The cut shows");
+    Grid::new("faces").spacing([6.0, 2.0]).show(ui, |ui| {
+        ui.spacing_mut().icon_spacing = 2.0;
+        for row in FACES.chunks(3) {
             for &(face, name, what) in row {
                 ui.radio_value(&mut scene.cut_face, face, name).on_hover_text(what);
             }
