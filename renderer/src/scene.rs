@@ -202,8 +202,8 @@ pub struct Layer {
     pub residual_mm: Option<f64>,
 }
 
-/// Bone ivory, then cyan and magenta, so that the first two volumes of a comparison are told apart by anyone.
-const COLORS: [[f32; 3]; 4] = [[0.93, 0.88, 0.77], [0.25, 0.75, 0.85], [0.85, 0.35, 0.75], [0.95, 0.75, 0.3]];
+/// Bone ivory, then cyan and magenta, so that the first two volumes of a comparison are told apart by anyone, and in grey; then amber.
+const COLORS: [[f32; 3]; 4] = [[0.93, 0.88, 0.77], [0.25, 0.75, 0.92], [0.85, 0.25, 0.6], [0.95, 0.75, 0.3]];
 
 impl Layer {
     /// The layer that the volume opens with as number `index` of `count`.
@@ -493,6 +493,43 @@ mod tests {
 
     fn volumes() -> [Arc<Volume>; 2] {
         [Which::A, Which::B].map(|which| Arc::new(skull(which, 12, &Progress::default()).unwrap()))
+    }
+
+    /// Linear red, green and blue as people see them who lack the cones for long, middle or short waves: Machado, Oliveira and Fernandes, "A
+    /// physiologically-based model for simulation of color vision deficiency", IEEE TVCG 15 (2009), table 1, severity 1.
+    const DEFICIENCIES: [[[f32; 3]; 3]; 3] = [
+        [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
+        [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]],
+        [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]],
+    ];
+
+    /// CIE 1976 L*a*b* of linear sRGB under D65.
+    fn lab([r, g, b]: [f32; 3]) -> [f32; 3] {
+        let dot = |row: [f32; 3], white: f32| (row[0] * r + row[1] * g + row[2] * b).max(0.0) / white;
+        let [x, y, z] = [dot([0.4124, 0.3576, 0.1805], 0.9505), dot([0.2126, 0.7152, 0.0722], 1.0), dot([0.0193, 0.1192, 0.9505], 1.089)]
+            .map(|t| if t > 0.008856 { t.cbrt() } else { 7.787 * t + 16.0 / 116.0 });
+        [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
+    }
+
+    #[test]
+    fn the_colours_of_a_comparison_are_told_apart_by_anyone_and_in_grey() {
+        // Fails if cyan, magenta or bone look alike to people who lack a kind of cones, or A and B come out of a grey printer alike. A
+        // difference of 2.3 is just noticed side by side; ten times that is told apart on different bones.
+        let linear = |c: [f32; 3]| c.map(|v| if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) });
+        let seen = |eye: &[[f32; 3]; 3], c: [f32; 3]| {
+            lab(eye.map(|row| row.iter().zip(linear(c)).map(|(m, v)| m * v).sum::<f32>().clamp(0.0, 1.0)))
+        };
+        let healthy = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let pairs = [[0, 1], [0, 2], [1, 2]];
+        for eye in [healthy].iter().chain(&DEFICIENCIES) {
+            for [a, b] in pairs {
+                let away = seen(eye, COLORS[a]).iter().zip(seen(eye, COLORS[b])).map(|(p, q)| (p - q).powi(2)).sum::<f32>().sqrt();
+                assert!(away > 23.0, "{a} and {b}: {away}");
+            }
+        }
+        let grey = [0, 1, 2].map(|n| lab(linear(COLORS[n]))[0]);
+        println!("lightness of bone, A and B: {grey:?}");
+        assert!(pairs.iter().all(|[a, b]| (grey[*a] - grey[*b]).abs() > 10.0), "{grey:?}");
     }
 
     #[test]

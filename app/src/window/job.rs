@@ -6,16 +6,20 @@ use egui::{Align, Context, Layout, ProgressBar, Ui};
 use std::fmt::Display;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Work under way that ends in a `T`. Dropping it stops the work.
 #[derive(Debug)]
 pub struct Job<T> {
     /// For the person: what is being done.
     what: String,
+    since: Instant,
     progress: Arc<Progress>,
     result: Receiver<Result<T, String>>,
 }
+
+/// A rate is known once so much of the time and of the work has gone.
+const KNOWN: (Duration, f32) = (Duration::from_secs(1), 0.05);
 
 impl<T: Send + 'static> Job<T> {
     /// Starts `work`.
@@ -28,7 +32,7 @@ impl<T: Send + 'static> Job<T> {
             let _ = send.send(work(&shared).map_err(|e| e.to_string()));
             ctx.request_repaint();
         });
-        Self { what, progress, result }
+        Self { what, since: Instant::now(), progress, result }
     }
 
     /// The result or one sentence about what went wrong; `None` while at work.
@@ -53,7 +57,7 @@ impl<T: Send + 'static> Job<T> {
                 ui.label(&self.what);
                 // What is still to do must show on the empty window, too.
                 ui.visuals_mut().extreme_bg_color = ui.visuals().widgets.inactive.weak_bg_fill;
-                let bar = ProgressBar::new(fraction).text(self.progress.text());
+                let bar = ProgressBar::new(fraction).text(self.progress.text() + &left(self.since.elapsed(), fraction));
                 ui.add(bar).accessible_name("Progress");
             });
             cancelled
@@ -61,8 +65,30 @@ impl<T: Send + 'static> Job<T> {
     }
 }
 
+/// How long the rest takes if it goes on as before; nothing while that is a guess.
+fn left(elapsed: Duration, fraction: f32) -> String {
+    if elapsed < KNOWN.0 || fraction < KNOWN.1 {
+        return String::new();
+    }
+    let seconds = (elapsed.as_secs_f32() * (1.0 / fraction.min(1.0) - 1.0)).ceil();
+    if seconds < 100.0 { format!(", {seconds:.0} s left") } else { format!(", {:.0} min left", (seconds / 60.0).ceil()) }
+}
+
 impl<T> Drop for Job<T> {
     fn drop(&mut self) {
         self.progress.cancel();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rest_is_told_once_it_is_known() {
+        // Fails if a bar promises a time that is a guess, or counts seconds where minutes are meant.
+        let of = |seconds: u64, fraction: f32| left(Duration::from_secs(seconds), fraction);
+        assert_eq!([of(0, 0.5), of(9, 0.01)], ["", ""]);
+        assert_eq!([of(10, 0.5), of(10, 0.05), of(10, 1.0)], [", 10 s left", ", 4 min left", ", 0 s left"]);
     }
 }
