@@ -10,6 +10,7 @@ mod document;
 mod files;
 mod history;
 mod job;
+mod letters;
 mod loading;
 mod measured;
 mod menu;
@@ -31,6 +32,7 @@ use bregma_renderer::{Backend, Integrator, Picture, Scene, Setting, Solver};
 use bregma_session::{Compare, Source};
 use commands::COMMANDS;
 use egui::{Align, CentralPanel, Context, Frame, Label, Layout, Panel, Rect, RichText, Ui, ViewportCommand};
+use letters::Letters;
 use loading::Loading;
 use measured::Tool;
 use panels::{Command, Panels};
@@ -60,6 +62,7 @@ pub fn run(start: Start) -> Result<(), eframe::Error> {
 pub struct Workstation {
     bench: Bench,
     panels: Panels,
+    letters: Letters,
     title: String,
 }
 
@@ -73,7 +76,8 @@ impl Workstation {
             Start::Files(sources) if sources.is_empty() => None,
             Start::Files(sources) => Some(Loading::files(&cc.egui_ctx, sources, false)),
         };
-        Self { bench: Bench::new(&cc.egui_ctx, loading, state), panels: Panels::default(), title: String::new() }
+        let letters = Letters::watch(&cc.egui_ctx);
+        Self { bench: Bench::new(&cc.egui_ctx, loading, state), panels: Panels::default(), letters, title: String::new() }
     }
 
     /// Scans are on their way in.
@@ -223,6 +227,7 @@ impl Workstation {
         }
         bench.offer_left_behind(&ctx);
         bench.ask_about_unsaved(&ctx);
+        self.letters.notice().into_iter().for_each(|text| bench.messages.note(text));
         bench.messages.show(&ctx, place);
         if ctx.input(|i| !i.raw.hovered_files.is_empty()) {
             drop_hint(&ctx);

@@ -11,6 +11,8 @@ pub struct PathPrompt {
     /// The file is there already, and the person was told.
     overwrites: bool,
     problem: Option<String>,
+    /// The line is to have the keyboard: at first, and whenever something else has answered for it.
+    takes_keyboard: bool,
 }
 
 /// More than these help nobody to choose.
@@ -21,7 +23,7 @@ impl PathPrompt {
     pub fn new(ask: Ask) -> Self {
         let here = std::env::current_dir().ok().or_else(|| std::env::var_os("HOME").map(PathBuf::from)).unwrap_or_default();
         let typed = here.join(ask.name).to_string_lossy().into_owned();
-        Self { ask, typed, overwrites: false, problem: None }
+        Self { ask, typed, overwrites: false, problem: None, takes_keyboard: true }
     }
 
     /// Shows it. Gives what was chosen, nothing when it was cancelled, once it is.
@@ -44,6 +46,8 @@ impl PathPrompt {
         let found = completions(&self.typed, self.ask.kind == Kind::Folders);
         if completes {
             self.typed = completed(&self.typed, &found);
+        }
+        if std::mem::take(&mut self.takes_keyboard) || completes {
             edit.request_focus();
         }
         ScrollArea::vertical().max_height(180.0).min_scrolled_height(180.0).auto_shrink([false, false]).show(ui, |ui| {
@@ -51,6 +55,7 @@ impl PathPrompt {
                 if ui.add(Button::selectable(false, last_name(path)).truncate()).clicked() {
                     self.typed.clone_from(path);
                     (self.overwrites, self.problem) = (false, None);
+                    self.takes_keyboard = true;
                 }
             }
         });
@@ -82,6 +87,7 @@ impl PathPrompt {
             }
             _ => return Some(vec![path]),
         };
+        self.takes_keyboard = true;
         None
     }
 }
@@ -149,6 +155,27 @@ mod tests {
         assert_eq!((last_name("/a/b/"), last_name("/a/b.c"), last_name("b")), ("b/", "b.c", "b"));
         assert_eq!(completed("x", &[]), "x");
         std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn it_is_typed_into_at_once() {
+        // Fails if the line waits for a click: what is typed would be taken for the keys of commands.
+        let ctx = Context::default();
+        let folder = std::env::temp_dir().to_string_lossy().into_owned();
+        let mut prompt = PathPrompt::new(Ask::open("Open", Kind::Folders));
+        let mut answer = None;
+        let mut frame = |events| {
+            let input = egui::RawInput { events, ..Default::default() };
+            let _ = ctx.run_pass(input, |ctx| answer = answer.take().or(prompt.show(ctx)));
+        };
+        let press = |key, modifiers| egui::Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers };
+        (0..3).for_each(|_| frame(vec![]));
+        for wrong in ["/no/such", &folder] {
+            frame(vec![press(Key::A, Modifiers::COMMAND), egui::Event::Text(wrong.to_owned())]);
+            frame(vec![press(Key::Enter, Modifiers::NONE)]);
+            frame(vec![]);
+        }
+        assert_eq!(answer, Some(vec![folder.into()]));
     }
 
     #[test]

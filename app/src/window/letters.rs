@@ -1,0 +1,52 @@
+//! Letters that no font on this machine has, such as those of a scan's name: they are drawn as boxes, which is said once.
+
+use egui::Context;
+use egui::epaint::text::FallbackRequest;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, channel};
+
+const SENTENCE: &str =
+    "No font on this machine has some of the letters here, which are drawn as boxes. Install one for their script, such as Noto Sans CJK.";
+
+/// Watches for such letters until the first one.
+#[derive(Debug)]
+pub struct Letters {
+    missing: Option<Receiver<char>>,
+}
+
+impl Letters {
+    /// Begins to watch, after those who find fonts.
+    pub fn watch(ctx: &Context) -> Self {
+        let (send, missing) = channel();
+        // Asked last, and only for what all others do not have. Who listened may have heard enough.
+        ctx.add_font_provider(Arc::new(move |request: &FallbackRequest<'_>| {
+            request.cluster.chars().next().and_then(|letter| send.send(letter).ok());
+            None
+        }));
+        Self { missing: Some(missing) }
+    }
+
+    /// A sentence for the person, the first time that a letter is missing.
+    pub fn notice(&mut self) -> Option<&'static str> {
+        self.missing.take_if(|missing| missing.try_iter().any(char::is_alphanumeric)).map(|_| SENTENCE)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_missing_letter_is_said_once() {
+        // Fails if boxes come without a word, letters that are there are said to be missing, or it is said again and again.
+        let ctx = Context::default();
+        let mut letters = Letters::watch(&ctx);
+        let mut shown = |text: &str| {
+            let _ = ctx.run_ui(Default::default(), |ui| _ = ui.label(text));
+            letters.notice().is_some()
+        };
+        assert!(!shown("Höcker ± 3 µm ·"));
+        assert!(shown("头骨.nrrd"));
+        assert!(!shown("頭蓋骨.nrrd"));
+    }
+}
