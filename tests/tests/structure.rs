@@ -224,7 +224,9 @@ fn shaders_are_linked_and_not_edited_and_few_files_ask_for_the_mode() {
             || text.lines().any(|l| l.trim_start().contains("match ") && l.trim_end().ends_with("mode {"))
     };
     let all = CRATES.iter().flat_map(|name| sources(name));
-    let asking: Vec<String> = all.filter(|(path, text)| !path.ends_with("/modes.rs") && asks(text)).map(|(path, _)| path).collect();
+    // The table itself, and the panel that shows it.
+    const OWNERS: [&str; 2] = ["renderer/src/modes.rs", "app/src/window/panels/look.rs"];
+    let asking: Vec<String> = all.filter(|(path, text)| !OWNERS.contains(&path.as_str()) && asks(text)).map(|(path, _)| path).collect();
     println!("{}", asking.join("\n"));
     assert!(asking.len() <= 8, "{asking:#?}");
 }

@@ -1,13 +1,12 @@
 //! What the picture, the panels and the menus work on.
 
+use super::ask::Ask;
 use super::document::{Document, Next};
-use super::files::{Ask, Asking};
+use super::files::Asking;
 use super::history::History;
 use super::loading::Loading;
 use super::measured::{Measured, Work};
-use super::menu::Command;
 use super::messages::Messages;
-use super::palette::Palette;
 use super::picture::cast::Found;
 use super::picture::painter::Painter;
 use super::picture::view::View;
@@ -52,8 +51,6 @@ pub struct Bench {
     pub loading: Option<Loading>,
     /// What the person should know.
     pub messages: Messages,
-    /// Every command by its name.
-    pub palette: Palette,
     /// What would take the place of unsaved work, while the person is asked.
     pub question: Option<Next>,
     /// The person agreed to close the window.
@@ -79,7 +76,6 @@ impl Bench {
             painter: Painter::new(ctx),
             loading,
             messages: Messages::default(),
-            palette: Palette::default(),
             question: None,
             may_close: false,
             asking: None,
@@ -242,15 +238,6 @@ impl Bench {
         refine(&mut self.work);
         self.history.change_all(refine);
         self.document.change(refine);
-    }
-
-    /// Shows the list of commands, where it is open. Gives the one that is chosen.
-    pub fn palette_of<P>(&mut self, ctx: &Context, commands: &[&'static Command<P>], panels: &P) -> Option<&'static Command<P>> {
-        // It is taken out while it asks the workbench what can be done.
-        let mut palette = std::mem::take(&mut self.palette);
-        let chosen = palette.show(ctx, commands, panels, self);
-        self.palette = palette;
-        chosen
     }
 
     /// Offers what earlier runs left behind, one after the other.

@@ -1,9 +1,9 @@
 //! The commands that belong to no panel.
 
+use super::ask::{Ask, Kind};
 use super::bench::Bench;
 use super::dock;
 use super::document::Next;
-use super::files::{Ask, Kind};
 use super::menu::{Allowed, Menu};
 use super::panels::{Command, Panels};
 use super::picture::navigate::{self, Side};
@@ -56,7 +56,7 @@ pub const COMMANDS: &[Command] = &[
     Command::new(Menu::View, "Show everything", &[(NONE, Key::F), (NONE, Key::Home)], |_, b, _| look_from(b, Side::ThreeQuarter)),
     Command::new(Menu::View, "Fold the scans", &[(NONE, Key::OpenBracket)], |p, _, ctx| p.dock.toggle(dock::Side::Left, ctx)).apart(),
     Command::new(Menu::View, "Fold the results", &[(NONE, Key::CloseBracket)], |p, _, ctx| p.dock.toggle(dock::Side::Right, ctx)),
-    Command::new(Menu::Help, "Search the commands…", &[(CTRL, Key::K)], |_, b, _| b.palette.toggle()).when(|_, _| Ok(())),
+    Command::new(Menu::Help, "Search the commands…", &[(CTRL, Key::K)], |p, _, _| p.palette.toggle()).when(|_, _| Ok(())),
     Command::new(Menu::Help, "Messages…", &[], |_, b, _| b.messages.open = true)
         .when(|_, b| if b.messages.is_empty() { Err("There were none") } else { Ok(()) }),
 ];

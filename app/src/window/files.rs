@@ -1,5 +1,6 @@
 //! Asking for files: by the system's dialog, which runs beside the window, or where the system has none, by a line to type into.
 
+use super::ask::{Ask, Kind};
 use super::path_prompt::PathPrompt;
 use egui::Context;
 use rfd::FileDialog;
@@ -7,44 +8,14 @@ use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::{Duration, Instant};
 
-/// What is asked for.
-#[derive(Clone, Debug)]
-pub struct Ask {
-    /// What the person is to choose.
-    pub title: &'static str,
-    /// Files or folders that are there, or one that is not there yet.
-    pub kind: Kind,
-    /// The forms that it can have: each with its endings.
-    pub forms: &'static [(&'static str, &'static [&'static str])],
-    /// What a new file is called unless the person says otherwise.
-    pub name: &'static str,
-}
-
-/// What is asked for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// Files that are there.
-    Files,
-    /// Folders that are there.
-    Folders,
-    /// A file to write.
-    Save,
-}
-
-impl Ask {
-    /// For files or folders to open.
-    pub const fn open(title: &'static str, kind: Kind) -> Self {
-        Self { title, kind, forms: &[], name: "" }
-    }
-
-    fn by_dialog(&self) -> Option<Vec<PathBuf>> {
-        let dialog = FileDialog::new().set_title(self.title);
-        let dialog = self.forms.iter().fold(dialog, |dialog, (form, endings)| dialog.add_filter(*form, endings));
-        match self.kind {
-            Kind::Files => dialog.pick_files(),
-            Kind::Folders => dialog.pick_folders(),
-            Kind::Save => dialog.set_file_name(self.name).save_file().map(|file| vec![file]),
-        }
+/// The system's dialog; nothing where it was cancelled, or there is none.
+fn by_dialog(ask: &Ask) -> Option<Vec<PathBuf>> {
+    let dialog = FileDialog::new().set_title(ask.title);
+    let dialog = ask.forms.iter().fold(dialog, |dialog, (form, endings)| dialog.add_filter(*form, endings));
+    match ask.kind {
+        Kind::Files => dialog.pick_files(),
+        Kind::Folders => dialog.pick_folders(),
+        Kind::Save => dialog.set_file_name(ask.name).save_file().map(|file| vec![file]),
     }
 }
 
@@ -78,7 +49,7 @@ impl<T> Asking<T> {
         let (theirs, asked) = (ctx.clone(), ask.clone());
         std::thread::spawn(move || {
             // The window may have closed meanwhile.
-            let _ = send.send(asked.by_dialog());
+            let _ = send.send(by_dialog(&asked));
             theirs.request_repaint();
         });
         let focused = ctx.input(|i| i.focused);

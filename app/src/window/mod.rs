@@ -3,6 +3,7 @@
 //! Reading (`loading`) and drawing (`picture::painter`) have threads of their own; the window only shows what they bring. This file is
 //! the frame; `panels` has a row for each panel, and `bench` is what all of them work on.
 
+mod ask;
 mod bench;
 mod commands;
 mod dock;
@@ -23,6 +24,7 @@ mod recovery;
 mod remembered;
 mod series;
 mod theme;
+mod unsaved;
 mod widgets;
 mod words;
 
@@ -142,7 +144,10 @@ impl Workstation {
         let pressed = menu::pressed(ui.ctx(), &commands, panels, bench);
         let painted = panels.painting(&bench.work).is_some();
         let top = Panel::top("menu").show(ui, |ui| menu::show(ui, &commands, panels, bench, |ui, bench| beside_menus(ui, bench, painted)));
-        let typed = bench.palette_of(ui.ctx(), &commands, panels);
+        // It is taken out while it asks the panels what can be done.
+        let mut palette = std::mem::take(&mut panels.palette);
+        let typed = palette.show(ui.ctx(), &commands, panels, bench);
+        panels.palette = palette;
         top.inner.or(pressed).or(typed)
     }
 

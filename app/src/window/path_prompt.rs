@@ -1,6 +1,6 @@
 //! A line to type a path into, completed from what lies there: where the system shows no file dialog.
 
-use super::files::{Ask, Kind};
+use super::ask::{Ask, Kind};
 use egui::{Button, Context, Key, Modifiers, RichText, ScrollArea, TextEdit, Ui, Window};
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! The work as it is now, kept in a file beside the window's own memory, so that a kill, a crash or a power cut costs a second or two of it.
+//! The work as it is now, kept in a file beside the window's own memory, so that a kill or a crash costs a second or two of it.
 //!
 //! Each run of the program has a file of its own, and a lock that the system drops with the process: a file whose lock is free was left
 //! behind, and is offered at the next start.

@@ -1,7 +1,7 @@
 //! The landmarks: their names, and the distances and angles between them.
 
+use super::super::ask::{Ask, Kind};
 use super::super::bench::Bench;
-use super::super::files::{Ask, Kind};
 use super::super::measured::Measured;
 use super::super::widgets::line;
 use super::stretches::mm;

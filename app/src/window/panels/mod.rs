@@ -18,6 +18,7 @@ use super::bench::Bench;
 use super::dock::{Dock, Side};
 use super::measured::{Tool, Work};
 use super::menu::{self, Menu};
+use super::palette::Palette;
 use bregma_renderer::{Scene, Solver};
 use bregma_session::thickness::Coat;
 use chart::ChartPanel;
@@ -31,6 +32,8 @@ use thickness::ThicknessPanel;
 pub struct Panels {
     /// Which sides of the window are folded.
     pub dock: Dock,
+    /// Every command by its name.
+    pub palette: Palette,
     /// Which of the panels on the right is seen.
     tab: Tab,
     rays: RayForm,

@@ -1,7 +1,7 @@
 //! The difference rays: their list, and what the selected one found, the number that people come for first.
 
+use super::super::ask::{Ask, Kind};
 use super::super::bench::Bench;
-use super::super::files::{Ask, Kind};
 use super::super::measured::Measured;
 use super::super::picture::cast::Found;
 use super::super::widgets::{color_button, line};

@@ -1,7 +1,7 @@
 //! The map of thickness: what is measured, how it is coloured, and what it says in numbers.
 
+use super::super::ask::{Ask, Kind};
 use super::super::bench::Bench;
-use super::super::files::{Ask, Kind};
 use super::super::job::Job;
 use super::super::measured::Work;
 use super::super::widgets::named_radio;
