@@ -289,8 +289,10 @@ impl eframe::App for Workstation {
 
     fn on_exit(&mut self) {
         self.bench.remembered.write();
-        // Whoever closed the window was asked.
-        self.bench.recovery.forget();
+        // Whoever closed the window was asked; a display that goes away ends the program, too, and asks nobody.
+        if self.bench.may_close || self.bench.document.is_saved(&self.bench.work) {
+            self.bench.recovery.forget();
+        }
     }
 }
 
