@@ -1,14 +1,32 @@
-//! Letters that no font on this machine has, such as those of a scan's name: they are drawn as boxes, which is said once.
+//! Letters that the program's own fonts lack, such as those of a scan's name: they are drawn with the system's fonts, or where it has none for
+//! them, as boxes, which is said once.
 
 use egui::Context;
-use egui::epaint::text::FallbackRequest;
+use egui::epaint::text::{FallbackRequest, FontInsert, FontProvider};
+use egui_system_font_provider::SystemFontProvider;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
 
 const SENTENCE: &str =
     "No font on this machine has some of the letters here, which are drawn as boxes. Install one for their script, such as Noto Sans CJK.";
 
-/// Watches for such letters until the first one.
+/// The system's fonts.
+struct SystemFonts(SystemFontProvider);
+
+impl FontProvider for SystemFonts {
+    fn font_for(&self, request: &FallbackRequest<'_>) -> Option<FontInsert> {
+        // Listing a system's fonts panics where it has not a single one. Nothing of it is looked at afterwards but the same panic.
+        catch_unwind(AssertUnwindSafe(|| self.0.font_for(request))).ok().flatten()
+    }
+}
+
+/// Has letters drawn with the system's fonts.
+pub fn draw_with_system_fonts(ctx: &Context) {
+    ctx.add_font_provider(Arc::new(SystemFonts(SystemFontProvider::new())));
+}
+
+/// Watches for letters that are drawn as boxes until the first one.
 #[derive(Debug)]
 pub struct Letters {
     missing: Option<Receiver<char>>,

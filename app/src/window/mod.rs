@@ -56,8 +56,12 @@ pub fn run(start: Start) -> Result<(), eframe::Error> {
     let state = remembered::state_folder();
     let viewport = egui::ViewportBuilder::default().with_title("Bregma").with_app_id("bregma").with_icon(theme::icon());
     let viewport = Remembered::read(state.as_deref()).place(viewport, [720.0, 480.0], [1280.0, 800.0]);
-    let options = eframe::NativeOptions { viewport, renderer: eframe::Renderer::Wgpu, ..Default::default() };
-    eframe::run_native("Bregma", options, Box::new(|cc| Ok(Box::new(Workstation::new(cc, start, state)))))
+    let options = eframe::NativeOptions { viewport, renderer: eframe::Renderer::Wgpu, system_font_fallback: false, ..Default::default() };
+    let begin = |cc: &eframe::CreationContext<'_>| -> Box<dyn eframe::App> {
+        letters::draw_with_system_fonts(&cc.egui_ctx);
+        Box::new(Workstation::new(cc, start, state))
+    };
+    eframe::run_native("Bregma", options, Box::new(|cc| Ok(begin(cc))))
 }
 
 /// The window's state.
@@ -294,8 +298,10 @@ impl eframe::App for Workstation {
 
     fn on_exit(&mut self) {
         self.bench.remembered.write();
-        // Whoever closed the window was asked.
-        self.bench.recovery.forget();
+        // Whoever closed the window was asked; a display that goes away ends the program, too, and asks nobody.
+        if self.bench.may_close || self.bench.document.is_saved(&self.bench.work) {
+            self.bench.recovery.forget();
+        }
     }
 }
 
