@@ -206,3 +206,26 @@ fn the_first_view_fits_the_bone() {
     println!("bone spans {:.0} % of the width and {:.0} % of the height", 100.0 * across, 100.0 * down);
     assert!(across.max(down) > 0.8 && columns[0] > 0 && rows[0] > 0 && columns[columns.len() - 1] < w - 1 && rows[rows.len() - 1] < h - 1);
 }
+
+#[test]
+fn a_wide_screen_shows_two_scans_beside_each_other() {
+    // Fails if the room of a wide screen is not used, or a session's own way of comparing is not kept.
+    let files = [ball("wide-a", 24), ball("wide-b", 24)];
+    let sources = files.iter().map(|file| bregma_session::Source { file: file.clone(), ..Default::default() }).collect();
+    let builder = Harness::builder().with_size([2100.0, 900.0]).wgpu();
+    let mut window: Window = builder.build_eframe(|cc| Workstation::new(cc, Start::Files(sources), None));
+    wait(&mut window, "the scans", |w| !w.is_loading());
+    settle(&mut window);
+    assert_eq!(window.state().compare(), bregma_session::Compare::SideBySide);
+    let folder = files[0].parent().unwrap();
+    let session = std::env::temp_dir().join(format!("bregma-wide-{}.json", std::process::id()));
+    let sources: Vec<_> = files.iter().map(|file| bregma_session::Source { file: file.clone(), ..Default::default() }).collect();
+    let opened = bregma_session::Opened::read(&sources, &Default::default()).unwrap();
+    bregma_session::Session::of(&opened, folder).write(&session).unwrap();
+    let source = bregma_session::Source { file: session.clone(), ..Default::default() };
+    let builder = Harness::builder().with_size([2100.0, 900.0]).wgpu();
+    let mut window: Window = builder.build_eframe(|cc| Workstation::new(cc, Start::Files(vec![source]), None));
+    wait(&mut window, "the session", |w| !w.is_loading());
+    assert_eq!(window.state().compare(), bregma_session::Compare::Off);
+    files.iter().chain([&session]).for_each(|file| std::fs::remove_file(file).unwrap());
+}
