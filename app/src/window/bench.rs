@@ -49,6 +49,8 @@ pub struct Bench {
     pub painter: Painter,
     /// Scans on their way in.
     pub loading: Option<Loading>,
+    /// What is open was made coarse, and is made finer once it is seen.
+    pub is_coarse: bool,
     /// What the person should know.
     pub messages: Messages,
     /// What would take the place of unsaved work, while the person is asked.
@@ -75,6 +77,7 @@ impl Bench {
             view: View::default(),
             painter: Painter::new(ctx),
             loading,
+            is_coarse: false,
             messages: Messages::default(),
             question: None,
             may_close: false,
@@ -169,6 +172,10 @@ impl Bench {
                 }
             }
         }
+        if self.is_coarse && self.loading.is_none() && self.painter.is_settled() {
+            self.is_coarse = false;
+            self.loading = Some(Loading::finer_demo(ctx));
+        }
         match self.asking.take().map(|asking| asking.poll(ctx)) {
             Some(Ok((then, paths))) if !paths.is_empty() => then(self, ctx, paths),
             Some(Ok(_)) | None => {}
@@ -219,9 +226,7 @@ impl Bench {
             self.document = Document::new(kept.belongs_to(), &nothing);
             self.recovery.go_on_from(kept);
         }
-        if loading.then_finer {
-            self.loading = Some(Loading::finer_demo(ctx));
-        }
+        self.is_coarse = loading.then_finer;
     }
 
     /// Puts finer scans in the places of the coarse ones, now and wherever undo leads.

@@ -65,21 +65,30 @@ enum About {
 }
 
 /// Samples along the longest side of the pair that is shown first.
-const COARSE_SIZE: usize = 96;
+const COARSE_SIZE: usize = 64;
 
 impl Loading {
     /// Makes the built-in pair, coarse, so that there is something to see at once.
     pub fn demo(ctx: &Context) -> Self {
-        Self { then_finer: true, ..Self::making(ctx, COARSE_SIZE) }
+        Self { then_finer: true, ..Self::making(ctx, COARSE_SIZE, 0) }
     }
 
-    /// Makes it as fine as it is.
+    /// Makes it as fine as it is, on half of the cores: the others go on drawing the coarse one.
     pub fn finer_demo(ctx: &Context) -> Self {
-        Self { refines: true, ..Self::making(ctx, DEMO_SIZE) }
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        Self { refines: true, ..Self::making(ctx, DEMO_SIZE, cores.div_ceil(2)) }
     }
 
-    fn making(ctx: &Context, size: usize) -> Self {
-        let make = move |progress: &_| -> Result<Read, InputError> { Ok(Read::Opened(Box::new(Opened::demo(size, progress)?), vec![])) };
+    /// On so many cores; all of them with 0.
+    fn making(ctx: &Context, size: usize, cores: usize) -> Self {
+        let make = move |progress: &_| -> Result<Read, InputError> {
+            // A pool that cannot be had is no reason to show nothing.
+            let opened = match rayon::ThreadPoolBuilder::new().num_threads(cores).build() {
+                Ok(pool) => pool.install(|| Opened::demo(size, progress))?,
+                Err(_) => Opened::demo(size, progress)?,
+            };
+            Ok(Read::Opened(Box::new(opened), vec![]))
+        };
         Self::of(State::Reading(Job::start(ctx, "Making the demo pair".into(), make)))
     }
 

@@ -88,12 +88,12 @@ impl Workstation {
 
     /// Scans are on their way in.
     pub fn is_loading(&self) -> bool {
-        self.bench.loading.is_some()
+        self.bench.loading.is_some() || self.bench.is_coarse
     }
 
     /// The picture on the screen is the exact one of what is open.
     pub fn is_settled(&self) -> bool {
-        self.bench.loading.is_none() && self.bench.painter.is_settled()
+        !self.is_loading() && self.bench.painter.is_settled()
     }
 
     /// What is drawn.

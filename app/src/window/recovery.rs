@@ -15,6 +15,9 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 /// So often at most the file is written: half of what may be lost.
 const PAUSE: Duration = Duration::from_millis(1000);
 
+/// A file that is being written is no older.
+const STALE: Duration = Duration::from_secs(60);
+
 /// The file of this run.
 #[derive(Debug, Default)]
 pub struct Recovery {
@@ -81,7 +84,13 @@ impl Recovery {
     /// What earlier runs left behind, the newest first.
     pub fn left_behind(&self) -> Vec<Kept> {
         let entries = self.folder.iter().filter_map(|folder| fs::read_dir(folder).ok()).flatten().flatten();
-        let files = entries.map(|entry| entry.path()).filter(|path| path.extension().is_some_and(|e| e == "json"));
+        let (parts, files): (Vec<_>, Vec<_>) =
+            entries.map(|entry| entry.path()).partition(|path| path.extension().is_some_and(|e| e == "part"));
+        // What a run was killed in the middle of writing; a live one needs it for less than a second.
+        let is_old =
+            |path: &PathBuf| fs::metadata(path).and_then(|m| m.modified()).is_ok_and(|at| at.elapsed().is_ok_and(|age| age > STALE));
+        parts.iter().filter(|path| is_old(path)).for_each(|path| drop(fs::remove_file(path)));
+        let files = files.into_iter().filter(|path| path.extension().is_some_and(|e| e == "json"));
         let mut kept: Vec<Kept> = files.filter_map(Kept::named).collect();
         let age = |kept: &Kept| fs::metadata(&kept.file).and_then(|m| m.modified()).unwrap_or(UNIX_EPOCH);
         kept.sort_by_key(|kept| std::cmp::Reverse(age(kept)));
