@@ -200,6 +200,8 @@ fn cases(folder: &Folder) -> Vec<Case> {
     add("MetaImage of a billion files", text("MetaImage", "DimSize = 8 6 4\n", "DimSize = 8 6 4000000000\n").pattern());
     add("DICOM of an unknown syntax", dicom(|k| Dicom { syntax: "1.2.3.4.5", ..Dicom::slice(k) }));
     add("DICOM by JPEG, damaged", one("IM1.dcm", &Dicom::slice(0).packed(JPEG_LOSSLESS, vec![packed("jpeg")[..50].to_vec()]).bytes()));
+    let twelve = [0xff, 0xd8, 0xff, 0xc1, 0, 11, 12, 0, 6, 0, 8, 1, 1, 0x11, 0, 0];
+    add("DICOM by JPEG of 12 bits with loss", one("IM1.dcm", &Dicom::slice(0).packed(JPEG_LOSSLESS, vec![twelve.to_vec()]).bytes()));
     add("a series that is not there", Small { open: "../DICOM#99", ..dicom(Dicom::slice) });
     cases
 }

@@ -3,7 +3,8 @@
 use super::super::ReadError;
 use super::super::decode::SampleType;
 use super::super::part::{MOST_EXPANSION, check_expansion_to, read_all};
-use super::header::{Header, Pixels};
+use super::header::{BIG_ENDIAN, Header, Pixels};
+use super::jpeg_lossless;
 use crate::Progress;
 use dicom_dictionary_std::tags;
 use std::io::Read;
@@ -52,13 +53,14 @@ fn codec(header: &Header) -> Result<Codec, ReadError> {
         "1.2.840.10008.1.2.5" => Ok(Codec::Rle),
         uid => {
             let name = header.syntax.name();
-            let text = format!(
-                "its pixels are packed by {name} ({uid}), which is not read here; unpack it first, as with pydicom's Dataset.decompress()"
-            );
+            let text = format!("its pixels are packed by {name} ({uid}), which is not read here; {UNPACK}");
             Err(ReadError::Unsupported(text))
         }
     }
 }
+
+/// What to do with pixels that are not read.
+const UNPACK: &str = "unpack it first, as with pydicom's Dataset.decompress()";
 
 impl Storing {
     /// One sample of `bits` bits in 16.
@@ -141,7 +143,7 @@ impl Storing {
                 if there < wanted {
                     return Err(ReadError::Truncated { wanted: wanted as u128, there: there as u64 });
                 }
-                if header.syntax.uid() == "1.2.840.10008.1.2.2" {
+                if header.syntax.uid() == BIG_ENDIAN {
                     bytes.chunks_exact_mut(self.sample.bytes()).for_each(<[u8]>::reverse);
                 }
                 bytes
@@ -189,6 +191,22 @@ impl Storing {
 
     fn jpeg(&self, packed: &[u8]) -> Result<Vec<u8>, ReadError> {
         let damaged = |e: &dyn std::fmt::Display| ReadError::Damaged(format!("as JPEG, {e}"));
+        match jpeg_lossless::frame(packed) {
+            Some(frame) if frame.process == 0xc3 => {
+                self.same_size(frame.dims)?;
+                let n = self.sample.bytes();
+                if frame.bits > 8 * n as u32 {
+                    return Err(damaged(&format!("its samples of {} bits do not fit {n} bytes", frame.bits)));
+                }
+                let samples = jpeg_lossless::decode(packed, &frame)?;
+                return Ok(samples.into_iter().flat_map(|v| u64::from(v).to_le_bytes().into_iter().take(n)).collect());
+            }
+            Some(frame) if frame.bits > 8 => {
+                let text = format!("its pixels are JPEG with loss of {} bits, which is not read here; {UNPACK}", frame.bits);
+                return Err(ReadError::Unsupported(text));
+            }
+            _ => {}
+        }
         let mut decoder = jpeg_decoder::Decoder::new(packed);
         decoder.read_info().map_err(|e| damaged(&e))?;
         let info = decoder.info().ok_or_else(|| damaged(&"it has no header"))?;
@@ -210,10 +228,17 @@ impl Storing {
         let mut context = hayro_jpeg2000::DecoderContext::default();
         let decoded = image.decode(&mut context).map_err(|e| damaged(&e))?;
         let [component] = decoded.components() else { return Err(damaged(&"it holds colours")) };
+        let (signed, depth) = (is_signed_codestream(packed), depth.clamp(1, 32));
         // The decoder takes signed samples as unsigned ones around the middle of their range.
-        let offset = if is_signed_codestream(packed) { 1_i64 << (depth.clamp(1, 32) - 1) } else { 0 };
+        let offset = if signed { 1_i64 << (depth - 1) } else { 0 };
+        // With loss, samples come out beyond the ends of their bits: they are held there (ISO 15444-1, G.1), and where the file uses fewer
+        // bits than are coded, at the ends of those, or the highest would become the lowest.
+        let coded = [-offset, (1_i64 << depth) - 1 - offset];
+        let [low, high] = if signed == self.signed { self.range() } else { coded };
+        let ends = [coded[0].max(low), coded[1].min(high)];
         let n = self.sample.bytes();
-        Ok(component.samples().iter().flat_map(|&v| (v.round() as i64 - offset).to_le_bytes().into_iter().take(n)).collect())
+        let held = |v: f32| (v.round() as i64 - offset).clamp(ends[0], ends[1]);
+        Ok(component.samples().iter().flat_map(|&v| held(v).to_le_bytes().into_iter().take(n)).collect())
     }
 
     fn jpeg_ls(&self, packed: &[u8]) -> Result<Vec<u8>, ReadError> {
