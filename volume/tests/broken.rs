@@ -141,6 +141,13 @@ fn cases(folder: &Folder) -> Vec<Case> {
     add("a TIFF that is a text", one("scan.tif", b"II*, said the tiger"));
     add("one picture", one("slice.png", &picture(0, image::ImageFormat::Png)));
     add("a folder with a broken picture", folder_of(&[("s1.png", &picture(0, image::ImageFormat::Png)[..60]), ("s2.png", b"\x89PNG")]));
+    let s = |k: usize| picture(k, image::ImageFormat::Png);
+    add("pictures with a gap in their numbers", folder_of(&[("s1.png", &s(0)), ("s2.png", &s(1)), ("s3.png", &s(2)), ("s5.png", &s(3))]));
+    add("two stacks in one folder", folder_of(&[("left1.png", &s(0)), ("left2.png", &s(1)), ("right1.png", &s(2)), ("right2.png", &s(3))]));
+    let pages = |from| tiff(from..from + 2, "", tiff::encoder::Compression::Lzw, false);
+    add("a folder of TIFFs of many pages", folder_of(&[("a1.tif", &pages(0)), ("a2.tif", &pages(2))]));
+    let page = |k| tiff(k..k + 1, "", tiff::encoder::Compression::Lzw, false);
+    add("one TIFF of a stack", Small { open: "s2.tif", ..folder_of(&[("s1.tif", &page(0)), ("s2.tif", &page(1))]) });
     add("a zip that is none", one("scan.zip", b"PK\x03\x04 and then nothing"));
     add("a zip of notes", one("scan.zip", &zip(&[("notes.txt".into(), b"notes".to_vec())])));
 
@@ -252,7 +259,7 @@ fn put_colour() -> Small {
 
 fn image_rgb(out: &mut std::io::Cursor<Vec<u8>>) {
     let mut encoder = tiff::encoder::TiffEncoder::new(out).unwrap();
-    encoder.write_image::<tiff::encoder::colortype::RGB8>(2, 2, &[7; 12]).unwrap();
+    encoder.write_image::<tiff::encoder::colortype::RGB8>(2, 2, &[7, 7, 8, 7, 7, 7, 7, 7, 7, 7, 7, 7]).unwrap();
 }
 
 fn invesalius_without_list() -> Vec<u8> {

@@ -276,7 +276,7 @@ fn scaled(bytes: &[u8], sample: SampleType, [slope, intercept]: [f64; 2]) -> Vec
 }
 
 /// Samples `part` of the way from one slice to the next, whole numbers rounded.
-fn blend(of: &[u8], and: &[u8], part: f64, sample: SampleType) -> Vec<u8> {
+pub fn blend(of: &[u8], and: &[u8], part: f64, sample: SampleType) -> Vec<u8> {
     let n = sample.bytes();
     let mix = |a: f64, b: f64| a + (b - a) * part;
     let pairs = of.chunks_exact(n).zip(and.chunks_exact(n));

@@ -2,7 +2,7 @@
 
 use super::{ReadError, Sink};
 use crate::Progress;
-use flate2::bufread::{MultiGzDecoder, ZlibDecoder};
+use flate2::bufread::{GzDecoder, ZlibDecoder};
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -90,7 +90,7 @@ impl Part {
         check_length(self.packing, self.bytes.into(), self.skip, there.saturating_sub(before))?;
         match self.packing {
             Packing::Plain => self.pass(source, progress, take),
-            Packing::Gzip => self.pass(MultiGzDecoder::new(source), progress, take),
+            Packing::Gzip => self.pass(Gzip::new(source), progress, take),
             Packing::Zlib => self.pass(ZlibDecoder::new(source), progress, take),
         }
     }
@@ -103,6 +103,31 @@ impl Part {
         pass(&mut source, self.bytes, progress, take)?;
         // At the end of packed data this also compares its checksum.
         Ok(source.read(&mut [0])? > 0)
+    }
+}
+
+/// The members of a gzip, one after the other. What follows them and is none, such as zeros up to the end of a tape's block, is no part of it.
+struct Gzip<R>(Option<GzDecoder<R>>);
+
+impl<R: BufRead> Gzip<R> {
+    fn new(source: R) -> Self {
+        Self(Some(GzDecoder::new(source)))
+    }
+}
+
+impl<R: BufRead> Read for Gzip<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        while let Some(member) = &mut self.0 {
+            let n = member.read(buffer)?;
+            if n > 0 || buffer.is_empty() {
+                return Ok(n);
+            }
+            let mut rest = self.0.take().map(GzDecoder::into_inner);
+            // The first byte of gzip's magic.
+            let is_more = rest.as_mut().map_or(Ok(false), |rest| Ok::<_, io::Error>(rest.fill_buf()?.first() == Some(&0x1f)))?;
+            self.0 = rest.filter(|_| is_more).map(GzDecoder::new);
+        }
+        Ok(0)
     }
 }
 

@@ -30,6 +30,13 @@ impl std::fmt::Display for Series {
 
 /// The headers of the series that `path` names, or of the largest in it.
 pub fn read(path: &Path, hints: &Hints, progress: &Progress, warnings: &mut Vec<String>) -> Result<Vec<Header>, ReadError> {
+    // The list of a disc names its files; they are looked for.
+    let path = match path.parent() {
+        Some(folder) if path.file_name().is_some_and(|name| name.eq_ignore_ascii_case("DICOMDIR")) && path.is_file() => {
+            if folder == Path::new("") { Path::new(".") } else { folder }
+        }
+        _ => path,
+    };
     if !path.is_dir() && !is_zip(&head_of(path, 4)?.0) {
         return of_file(path, hints, progress, warnings);
     }
