@@ -250,6 +250,15 @@ fn scans_under_one_series_are_never_mixed() {
         (0..4).map(|k| (format!("A{k}"), Dicom::slice(k).with((0x18, 0x1210), "SH", "H30s").bytes())).collect();
     files.extend((0..3).map(|k| (format!("B{k}"), between(k).bytes())));
     is_the_scan("kernels between each other", read_all(&folder, "between", files));
+    // So are acquisitions.
+    let half = |k: usize| Dicom::slice(k).with((0x20, 0x32), "DS", &format!("-10\\20\\{}", 31 + 2 * k)).with((0x20, 0x12), "IS", "2");
+    let mut files: Vec<(String, Vec<u8>)> =
+        (0..4).map(|k| (format!("A{k}"), Dicom::slice(k).with((0x20, 0x12), "IS", "1").bytes())).collect();
+    files.extend((0..3).map(|k| (format!("B{k}"), half(k).bytes())));
+    is_the_scan("acquisitions between each other", read_all(&folder, "half", files));
+    // A number of its own for each slice tells nothing.
+    let each = |k: usize| Dicom::slice(k).with((0x20, 0x12), "IS", &k.to_string()).bytes();
+    is_the_scan("acquisitions of one slice", read_all(&folder, "each", (0..4).map(|k| (format!("A{k}"), each(k))).collect()));
     // Two acquisitions that follow each other and share a slice are one scan.
     let mut files: Vec<(String, Vec<u8>)> =
         (0..4).map(|k| (format!("A{k}"), Dicom::slice(k).with((0x20, 0x12), "IS", if k < 2 { "1" } else { "2" }).bytes())).collect();

@@ -220,3 +220,14 @@ fn pages_and_slices_are_not_mistaken_for_each_other() {
     assert_eq!(first_of(&volume), firsts(&[0, 1, 2]));
     assert!(volume.warnings()[0].contains("1 of 4 pages are not like the others"), "{:?}", volume.warnings());
 }
+
+#[test]
+fn pictures_may_be_packed_by_jpeg_2000() {
+    // Fails if a folder of JPEG 2000 pictures is not read, or loses a bit or a sign.
+    let folder = Folder::new("kinds-jpeg-2000");
+    for (name, codec, offset) in [("unsigned", "jpeg 2000", 0.0), ("signed", "signed jpeg 2000", 2048.0)] {
+        let volume = try_open(&put(&folder, name, &[("s1.j2k", packed(codec)), ("s2.j2k", packed(codec))])).unwrap();
+        let want: Vec<f64> = (0..96).map(|n| f64::from(sample(n % 8, n / 8 % 6, 0)) - offset).collect();
+        assert_eq!((0..volume.samples().len()).map(|n| volume.samples().get_f64(n)).collect::<Vec<_>>(), want, "{name}");
+    }
+}

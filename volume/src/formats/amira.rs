@@ -32,91 +32,115 @@ enum Form {
     Runs,
 }
 
-/// In one piece, though long: a header is gone through once.
-fn scan(path: &Path, hints: &Hints, _progress: &Progress) -> Result<Scan, ReadError> {
-    let (head, there) = head_of(path, MOST_HEAD)?;
-    let text: String = head.iter().map(|&b| char::from(b)).collect();
-    // The samples of the first array; behind the header a line names it by the same sign.
-    let begin = text.find("\n@1\n").map(|n| (n, n + 4)).or_else(|| text.find("\n@1\r\n").map(|n| (n, n + 5)));
-    let (end, start) = begin.ok_or(ReadError::NoHeader("its samples (@1) do not begin"))?;
-    let header = &text[..end];
-    let after = |word: &str| header.find(word).map(|n| header[n + word.len()..].lines().next().unwrap_or_default().trim());
-    let lattice =
-        after("define Lattice").ok_or_else(|| ReadError::Unsupported("it is no lattice of samples; only those can be read".into()))?;
-    let dims = decimals(lattice).and_then(sizes).ok_or_else(|| bad("define Lattice", lattice, "it must be three whole numbers"))?;
-    let coordinates = after("CoordType").unwrap_or_default().trim_matches(['"', ',', ' ']);
-    if !["", "uniform"].contains(&coordinates) {
-        return Err(ReadError::Unsupported(format!(
-            "its coordinates are {coordinates:?}; only uniform ones can be read; resample it there"
-        )));
+/// What the lines before the samples say.
+struct Header {
+    dims: [usize; 3],
+    encoding: Encoding,
+    form: Form,
+    /// Bytes of packed samples.
+    packed: u64,
+    /// The samples begin at this byte.
+    start: u64,
+    grid: Grid,
+    spacing_is_stated: bool,
+}
+
+impl Header {
+    fn parse(head: &[u8], hints: &Hints) -> Result<Self, ReadError> {
+        // The samples of the first array; behind the header a line names it by the same sign. Bytes are counted, whatever letters they are.
+        let find = |mark: &[u8]| head.windows(mark.len()).position(|w| w == mark).map(|n| (n, n + mark.len()));
+        let (end, start) = find(b"\n@1\n").or_else(|| find(b"\n@1\r\n")).ok_or(ReadError::NoHeader("its samples (@1) do not begin"))?;
+        let header = String::from_utf8_lossy(&head[..end]);
+        let after = |word: &str| header.find(word).map(|n| header[n + word.len()..].lines().next().unwrap_or_default().trim());
+        let lattice = after("define Lattice");
+        let lattice = lattice.ok_or_else(|| ReadError::Unsupported("it is no lattice of samples; only those can be read".into()))?;
+        let dims = decimals(lattice).and_then(sizes).ok_or_else(|| bad("define Lattice", lattice, "it must be three whole numbers"))?;
+        let coordinates = after("CoordType").unwrap_or_default().trim_matches(['"', ',', ' ']);
+        if !["", "uniform"].contains(&coordinates) {
+            let text = format!("its coordinates are {coordinates:?}; only uniform ones can be read; resample it there");
+            return Err(ReadError::Unsupported(text));
+        }
+        let array = header.lines().find(|line| line.trim_start().starts_with("Lattice") && line.contains("@1"));
+        let array = array.ok_or(ReadError::MissingField("Lattice { … } @1"))?.trim();
+        let sample = sample_type(array)?;
+        let first = header.lines().next().unwrap_or_default();
+        let (form, packed) = if first.contains("ASCII") { (Form::Text, 0) } else { packing(array, sample)? };
+        let big_endian = !first.contains("LITTLE-ENDIAN") && !matches!(form, Form::Text);
+        let place = BoxOf { text: after("BoundingBox"), unit: after("Coordinates \"") };
+        let spacing_is_stated = place.text.is_some() || hints.spacing_mm.is_some();
+        let grid = place.grid(dims, hints)?;
+        Ok(Self { dims, encoding: Encoding { sample, big_endian }, form, packed, start: start as u64, grid, spacing_is_stated })
     }
-    let array = header.lines().find(|line| line.trim_start().starts_with("Lattice") && line.contains("@1"));
-    let array = array.ok_or(ReadError::MissingField("Lattice { … } @1"))?;
+
+    fn count(&self) -> u64 {
+        self.dims.iter().map(|&n| n as u64).product()
+    }
+}
+
+fn sample_type(array: &str) -> Result<SampleType, ReadError> {
     let kind = array.split(['{', '}']).nth(1).and_then(|inner| inner.split_whitespace().next()).unwrap_or_default();
-    let sample = match kind {
+    Ok(match kind {
         "byte" => SampleType::U8,
         "short" => SampleType::I16,
         "ushort" => SampleType::U16,
         "int" | "int32" => SampleType::I32,
         "float" => SampleType::F32,
         "double" => SampleType::F64,
-        _ => return Err(bad("Lattice", array.trim(), "it is no type of one number that can be read")),
+        _ => return Err(bad("Lattice", array, "it is no type of one number that can be read")),
+    })
+}
+
+/// How binary samples are packed, and into how many bytes, from `@1(HxZip,12589)`.
+fn packing(array: &str, sample: SampleType) -> Result<(Form, u64), ReadError> {
+    let stated = array.split_once('(').and_then(|(_, inner)| inner.split_once(')'));
+    let Some((stated, _)) = stated else { return Ok((Form::Plain, 0)) };
+    let (name, bytes) = stated.split_once(',').unwrap_or((stated, ""));
+    let form = match name.trim() {
+        "HxZip" => Form::Zip,
+        "HxByteRLE" if sample == SampleType::U8 => Form::Runs,
+        other => return Err(ReadError::Unsupported(format!("its samples are packed by {other}, which is not read; save it unpacked"))),
     };
-    let first = header.lines().next().unwrap_or_default();
-    let packing = array.split_once('(').and_then(|(_, inner)| inner.split_once(')')).map(|(inner, _)| inner);
-    let (form, packed) = match packing.map(|p| p.split_once(',').unwrap_or((p, ""))) {
-        _ if first.contains("ASCII") => (Form::Text, 0),
-        None => (Form::Plain, 0),
-        Some((name, bytes)) => {
-            let form = match name.trim() {
-                "HxZip" => Form::Zip,
-                "HxByteRLE" if sample == SampleType::U8 => Form::Runs,
-                other => {
-                    return Err(ReadError::Unsupported(format!("its samples are packed by {other}, which is not read; save it unpacked")));
-                }
-            };
-            (form, bytes.trim().parse().map_err(|_| bad("Lattice", array.trim(), "the packed bytes must be a whole number"))?)
-        }
-    };
-    let grid = BoxOf { text: after("BoundingBox"), unit: after("Coordinates \"") }.grid(dims, hints)?;
-    let wanted = grid.len() as u128 * sample.bytes() as u128;
-    let (start, left) = (start as u64, there - start as u64);
+    Ok((form, bytes.trim().parse().map_err(|_| bad("Lattice", array, "the packed bytes must be a whole number"))?))
+}
+
+fn scan(path: &Path, hints: &Hints, _progress: &Progress) -> Result<Scan, ReadError> {
+    let (head, there) = head_of(path, MOST_HEAD)?;
+    let header = Header::parse(&head, hints)?;
+    let Header { encoding, form, packed, start, .. } = header;
+    let count = header.count();
+    let wanted = u128::from(count) * encoding.sample.bytes() as u128;
+    let left = there - start;
     match form {
         Form::Plain if wanted > u128::from(left) => return Err(ReadError::Truncated { wanted, there: left }),
-        Form::Text if grid.len() as u128 * 2 > u128::from(left) + 1 => return Err(ReadError::Truncated { wanted, there: left }),
+        // A number and a space.
+        Form::Text if u128::from(count) * 2 > u128::from(left) + 1 => return Err(ReadError::Truncated { wanted, there: left }),
         Form::Zip => check_expansion_to(wanted, packed.min(left), MOST_EXPANSION)?,
         Form::Runs => check_expansion_to(wanted, packed.min(left), MOST_RUN)?,
         Form::Plain | Form::Text => {}
     }
-    let part = |packing| Part { file: path.to_owned(), beside: false, start, lines: 0, packing, skip: 0, bytes: wanted as u64 };
-    let (path, count) = (path.to_owned(), grid.len() as u64);
-    let storage = match form {
-        // Other arrays may follow.
-        Form::Plain | Form::Zip => {
-            let part = part(if matches!(form, Form::Zip) { Packing::Zlib } else { Packing::Plain });
-            Storage::Stream(Box::new(move |progress, take| {
-                super::part::stream_all(std::slice::from_ref(&part), progress, take).map(|_| vec![])
-            }))
+    let file = path.to_owned();
+    let packing = if matches!(form, Form::Zip) { Packing::Zlib } else { Packing::Plain };
+    let part = Part { file: path.to_owned(), beside: false, start, lines: 0, packing, skip: 0, bytes: wanted as u64 };
+    let storage = Storage::Stream(Box::new(move |progress, take| {
+        let open = || -> Result<_, ReadError> {
+            let mut source = open_file(&file)?.0;
+            source.seek(SeekFrom::Start(start))?;
+            Ok(counted(source, progress))
+        };
+        match form {
+            Form::Text => numbers(open()?, encoding.sample, count, "Lattice", progress, take)?,
+            Form::Runs => runs(open()?.take(packed), count, progress, take)?,
+            // Other arrays may follow, of which nothing is said.
+            Form::Plain | Form::Zip => drop(super::part::stream_all(std::slice::from_ref(&part), progress, take)?),
         }
-        Form::Text | Form::Runs => Storage::Stream(Box::new(move |progress, take| {
-            let mut file = open_file(&path)?.0;
-            file.seek(SeekFrom::Start(start))?;
-            let source = counted(file, progress);
-            match form {
-                Form::Runs => runs(source.take(packed), count, progress, take)?,
-                _ => numbers(source, sample, count, "Lattice", progress, take)?,
-            }
-            Ok(vec![])
-        })),
-    };
+        Ok(vec![])
+    }));
     let mut warnings = vec![NO_DIRECTIONS.to_owned()];
-    let is_stated = after("BoundingBox").is_some() || hints.spacing_mm.is_some();
-    if !is_stated {
+    if !header.spacing_is_stated {
         warnings.push(NO_SPACING.into());
     }
-    let big_endian = !first.contains("LITTLE-ENDIAN") && !matches!(form, Form::Text);
-    let scan = Scan::new(grid, Encoding { sample, big_endian }, there, storage);
-    Ok(Scan { spacing_is_stated: is_stated, warnings, ..scan })
+    let spacing_is_stated = header.spacing_is_stated;
+    Ok(Scan { spacing_is_stated, warnings, ..Scan::new(header.grid, encoding, there, storage) })
 }
 
 /// What the header says about where the samples lie.

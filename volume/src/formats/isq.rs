@@ -26,8 +26,8 @@ fn scan(path: &Path, hints: &Hints, _progress: &Progress) -> Result<Scan, ReadEr
     let dims = [44, 48, 52].map(|at| usize::try_from(number(at)).unwrap_or(0));
     // Extents in micrometres; zeros stand for a spacing that nobody knew.
     let extent_um = [56, 60, 64].map(|at| f64::from(number(at)));
-    let stated_mm =
-        extent_um.iter().all(|um| *um > 0.0).then(|| DVec3::from_array(std::array::from_fn(|n| extent_um[n] / dims[n] as f64 * 1e-3)));
+    let is_stated = !dims.contains(&0) && extent_um.iter().all(|um| *um > 0.0);
+    let stated_mm = is_stated.then(|| DVec3::from_array(std::array::from_fn(|n| extent_um[n] / dims[n] as f64 * 1e-3)));
     let spacing_mm = stated_mm.or(hints.spacing_mm);
     let grid = Grid::new(dims, spacing_mm.unwrap_or(DVec3::ONE), DVec3::ZERO, DMat3::IDENTITY)?;
     // The samples begin behind so many more blocks.

@@ -12,6 +12,7 @@ mod error;
 mod gipl;
 mod invesalius;
 mod isq;
+mod jpeg_2000;
 mod memory;
 mod metaimage;
 mod mgh;
@@ -131,12 +132,14 @@ impl Reduce {
     }
 }
 
-/// What is done with slices that are not evenly spaced; written `refuse` or `resample`.
+/// What is done with slices that are not evenly spaced; written `even`, `refuse` or `resample`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Uneven {
-    /// They are refused with a list of the gaps.
+    /// Those that jitter are taken as even, with a warning that says by how much they are off; the others are refused with a list of the gaps.
     #[default]
+    Even,
+    /// They are refused with a list of the gaps.
     Refuse,
     /// They are interpolated linearly to even spacing, with a warning.
     Resample,
@@ -145,7 +148,7 @@ pub enum Uneven {
 impl Uneven {
     /// Nothing else was asked for.
     pub fn is_default(&self) -> bool {
-        *self == Self::Refuse
+        *self == Self::default()
     }
 }
 

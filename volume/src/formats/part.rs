@@ -43,6 +43,9 @@ pub const MORE_BYTES: &str = "the file goes on after the samples that its header
 /// Deflate's longest match spends 2 bits on 258 bytes, a ratio of 1032; the rest is for headers. What claims more is no such data.
 pub const MOST_EXPANSION: u64 = 1100;
 
+/// What a byte of JPEG 2000 or JPEG-LS unpacks to, at most: OpenJPEG packs 4096² blank samples of 16 bits into 280 bytes, CharLS into 636.
+pub const MOST_BLANK: u64 = 1 << 17;
+
 /// Refuses `wanted` bytes that `packed` deflated bytes cannot unpack to.
 pub fn check_expansion(wanted: u128, packed: u64) -> Result<(), ReadError> {
     check_expansion_to(wanted, packed, MOST_EXPANSION)

@@ -1,4 +1,5 @@
-//! A folder or a zip of pictures, one for each slice, in the order of the numbers in their names: TIFF, PNG, BMP or JPEG.
+//! A folder or a zip of pictures, one for each slice, in the order of the numbers in their names: TIFF, PNG, BMP, JPEG or
+//! JPEG 2000.
 
 mod beside;
 mod names;
@@ -6,9 +7,9 @@ mod names;
 use super::decode::{Encoding, SampleType};
 use super::dicom::blend;
 use super::entries::{Entry, in_folder, in_zip};
-use super::part::{MOST_EXPANSION, check_expansion_to, in_file};
+use super::part::{MOST_BLANK, MOST_EXPANSION, check_expansion_to, in_file};
 use super::stack::Mix;
-use super::{Format, Hints, NO_DIRECTIONS, NO_SPACING, ReadError, Scan, Storage, Uneven, tiff};
+use super::{Format, Hints, NO_DIRECTIONS, NO_SPACING, ReadError, Scan, Storage, Uneven, jpeg_2000, tiff};
 use crate::{Grid, Progress};
 use glam::{DMat3, DVec3};
 use image::{ColorType, DynamicImage, ImageDecoder, ImageFormat, ImageReader};
@@ -17,16 +18,17 @@ use std::io::Cursor;
 use std::path::Path;
 
 /// The row of the formats.
-pub const FORMAT: Format = Format { name: "pictures (a folder or zip of TIFF, PNG, BMP or JPEG)", sniff, scan, write: None };
+pub const FORMAT: Format = Format { name: "pictures (a folder or zip of TIFF, PNG, BMP, JPEG or JPEG 2000)", sniff, scan, write: None };
 
 /// How a picture is packed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Kind {
     Tiff,
+    Jpeg2000,
     Other(ImageFormat),
 }
 
-const KINDS: [(&str, Kind); 7] = [
+const KINDS: [(&str, Kind); 11] = [
     ("tif", Kind::Tiff),
     ("tiff", Kind::Tiff),
     ("png", Kind::Other(ImageFormat::Png)),
@@ -34,6 +36,10 @@ const KINDS: [(&str, Kind); 7] = [
     ("jpg", Kind::Other(ImageFormat::Jpeg)),
     ("jpeg", Kind::Other(ImageFormat::Jpeg)),
     ("jpe", Kind::Other(ImageFormat::Jpeg)),
+    ("jp2", Kind::Jpeg2000),
+    ("j2k", Kind::Jpeg2000),
+    ("j2c", Kind::Jpeg2000),
+    ("jpx", Kind::Jpeg2000),
 ];
 
 fn kind(name: &str) -> Option<Kind> {
@@ -68,22 +74,14 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
     let usual = most_common(slices.iter().map(|(_, kind)| *kind)).ok_or_else(|| no_pictures(&all))?;
     keep(&mut slices, &mut warnings, "of another kind than the others", |(_, kind)| *kind == usual);
     let mut numbers = one_stack(&mut slices, &mut warnings)?;
-    progress.begin(slices.len() as u64);
-    // Each by itself first, so that of several faults the first is told.
-    let looked: Vec<Result<Look, ReadError>> = slices
-        .par_iter()
-        .map(|(entry, kind)| {
-            progress.advance(1)?;
-            look(entry, *kind).map_err(|e| in_file(Path::new(&entry.name), e))
-        })
-        .collect();
-    let looked = looked.into_iter().collect::<Result<Vec<_>, ReadError>>()?;
+    let looked = look_at_all(&slices, progress)?;
     if let Some((n, many)) = looked.iter().enumerate().find(|(_, look)| look.pages > 1) {
         let (file, pages) = (&slices[n].0, many.pages);
         if slices.len() == 1 && path.is_dir() {
             return (tiff::FORMAT.scan)(&file.file, hints, progress);
         }
-        return Err(ReadError::Unsupported(format!("its file {} has {pages} pages, which is a scan by itself; name that file", file.name)));
+        let how = if path.is_dir() { "name that file" } else { "unpack the zip and name that file" };
+        return Err(ReadError::Unsupported(format!("its file {} has {pages} pages, which is a scan by itself; {how}", file.name)));
     }
     let kinds = || looked.iter().map(|l| (l.dims, l.sample));
     let most = most_common(kinds()).ok_or(ReadError::NoImages)?;
@@ -111,7 +109,11 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
     }
     warnings.push(NO_DIRECTIONS.into());
     let grid = Grid::new([nx, ny, mixes.len()], spacing_mm.unwrap_or(DVec3::ONE), DVec3::ZERO, DMat3::IDENTITY)?;
-    let file_bytes = slices.iter().map(|(e, _)| e.packed_bytes()).sum();
+    let file_bytes: u64 = slices.iter().map(|(e, _)| e.packed_bytes()).sum();
+    if usual == Kind::Jpeg2000 {
+        let wanted = slices.len() as u128 * (nx as u128 * ny as u128) * sample.bytes() as u128;
+        check_expansion_to(wanted, file_bytes, MOST_STACK)?;
+    }
     let storage = Storage::Slices(Box::new(move |k, _, progress| {
         let read = |n: usize| {
             let (entry, kind) = &slices[n];
@@ -123,6 +125,22 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
     }));
     let scan = Scan::new(grid, Encoding { sample, big_endian: false }, file_bytes, storage);
     Ok(Scan { spacing_is_stated: spacing_mm.is_some(), warnings, ..scan })
+}
+
+/// What a byte of a whole stack by JPEG 2000 unpacks to, at most: blank pictures may be packed much smaller, but not all of a scan.
+const MOST_STACK: u64 = 1 << 12;
+
+/// Looks at each by itself first, so that of several faults the first is told.
+fn look_at_all(slices: &[(Entry, Kind)], progress: &Progress) -> Result<Vec<Look>, ReadError> {
+    progress.begin(slices.len() as u64);
+    let looked: Vec<Result<Look, ReadError>> = slices
+        .par_iter()
+        .map(|(entry, kind)| {
+            progress.advance(1)?;
+            look(entry, *kind).map_err(|e| in_file(Path::new(&entry.name), e))
+        })
+        .collect();
+    looked.into_iter().collect()
 }
 
 /// What is said of a zip without pictures: a scan of another form may be in it.
@@ -179,7 +197,7 @@ fn mixes(slices: &[(Entry, Kind)], numbers: &[u128], hints: &Hints, warnings: &m
     let Some((steps, list)) = names::gaps(numbers) else { return Ok((0..slices.len()).map(own).collect()) };
     let count = steps.iter().fold(1, |n: u128, step| n.saturating_add(*step));
     // As for DICOM: no gap asks for more than is there.
-    if hints.uneven == Uneven::Refuse || count > 16 * slices.len() as u128 {
+    if hints.uneven != Uneven::Resample || count > 16 * slices.len() as u128 {
         return Err(ReadError::Numbering(list));
     }
     let mut order: Vec<usize> = (0..slices.len()).collect();
@@ -249,6 +267,17 @@ fn look(entry: &Entry, kind: Kind) -> Result<Look, ReadError> {
             let tiff::Slice { page, most_expansion, pages, spacing_mm } = tiff::slice(entry, &progress)?;
             (Look { dims: page.dims, sample: page.sample, white_is_zero: page.white_is_zero, pages, spacing_mm }, most_expansion)
         }
+        Kind::Jpeg2000 => {
+            let head = jpeg_2000::look(&entry.read(&progress)?)?;
+            let sample = match (head.bits, head.signed) {
+                (..=8, false) => SampleType::U8,
+                (..=8, true) => SampleType::I8,
+                (..=16, false) => SampleType::U16,
+                (..=16, true) => SampleType::I16,
+                (bits, _) => return Err(ReadError::Unsupported(format!("its samples have {bits} bits; only up to 16 can be read"))),
+            };
+            (Look { dims: head.dims, sample, white_is_zero: false, pages: 1, spacing_mm: None }, MOST_BLANK)
+        }
         Kind::Other(format) => {
             let decoder = ImageReader::with_format(entry.seekable(&progress)?, format).into_decoder().map_err(|e| damaged(&e))?;
             let (width, height) = decoder.dimensions();
@@ -267,7 +296,16 @@ fn look(entry: &Entry, kind: Kind) -> Result<Look, ReadError> {
 
 /// The samples of a picture, little-endian. Colours are refused, unless all three are the same, as grey pictures are often saved.
 fn read(entry: &Entry, kind: Kind, progress: &Progress) -> Result<Vec<u8>, ReadError> {
-    let Kind::Other(format) = kind else { return tiff::read_slice(entry, progress) };
+    let format = match kind {
+        Kind::Tiff => return tiff::read_slice(entry, progress),
+        Kind::Jpeg2000 => {
+            let packed = entry.read(progress)?;
+            // As it was looked at: no more bytes than it was checked for.
+            let n = if jpeg_2000::look(&packed)?.bits > 8 { 2 } else { 1 };
+            return jpeg_2000::decode(&packed, n, |_| None, |_| Ok(()));
+        }
+        Kind::Other(format) => format,
+    };
     let bytes = entry.read(progress)?;
     let image = ImageReader::with_format(Cursor::new(&bytes), format).decode().map_err(|e| damaged(&e))?;
     fn grey<T: Copy + PartialEq, const N: usize>(samples: &[T]) -> Result<Vec<T>, ReadError> {

@@ -43,7 +43,7 @@ fn scan(path: &Path, hints: &Hints, _progress: &Progress) -> Result<Scan, ReadEr
     let wanted = grid.len() as u128 * header.sample.bytes() as u128;
     let folder = path.parent().unwrap_or(Path::new(""));
     let count = header.files.len() as u128;
-    if wanted % count != 0 {
+    if !wanted.is_multiple_of(count) {
         return Err(ReadError::Contradiction(format!("it names {count} files for {wanted} bytes of samples")));
     }
     let (mut parts, mut total) = (vec![], 0_u64);

@@ -4,6 +4,7 @@
 use super::header::Header;
 use dicom_core::Tag;
 use dicom_dictionary_std::tags;
+use glam::DVec3;
 use std::collections::{BTreeMap, HashMap};
 
 /// What images of different scans differ by, in the order in which it is looked at.
@@ -70,7 +71,8 @@ fn place(header: &Header) -> Option<[i64; 9]> {
     Some(key)
 }
 
-/// Whether the values of `tag` are those of several scans. Kernels always are. Others must tell apart what lies at one place: they have as many
+/// Whether the values of `tag` are those of several scans. Kernels always are, and others whose slices take turns. Else they must tell apart what
+/// lies at one place: they have as many
 /// values as there are images at a place at most (what differs from slice to slice tells nothing), and more than half of the smallest scan lies
 /// where another does (two ranges that overlap in a few slices are one scan).
 fn tells_apart(headers: &[Header], tag: Tag) -> bool {
@@ -86,9 +88,27 @@ fn tells_apart(headers: &[Header], tag: Tag) -> bool {
     if tag == tags::CONVOLUTION_KERNEL {
         return values.values().all(|places| places.len() > 1);
     }
+    if TAKE_TURNS.contains(&tag) && values.values().all(|places| places.len() > 2) && take_turns(headers, tag) {
+        return true;
+    }
     let doubles = |places: &HashMap<[i64; 9], usize>| places.values().map(|n| n - 1).sum::<usize>();
     let most = places.values().copied().max().unwrap_or(0);
     let told = doubles(&places) - values.values().map(doubles).sum::<usize>();
     let smallest = values.values().map(|places| places.values().sum::<usize>()).min().unwrap_or(0);
     values.len() <= most && 2 * told > smallest
+}
+
+/// What slices of one scan never take turns in.
+const TAKE_TURNS: [Tag; 5] =
+    [tags::IMAGE_TYPE, tags::TEMPORAL_POSITION_INDEX, tags::TEMPORAL_POSITION_IDENTIFIER, tags::ACQUISITION_NUMBER, tags::KVP];
+
+/// Whether of slices that lie next to each other most differ in `tag`: two scans with an offset, as the parts of one follow each other.
+fn take_turns(headers: &[Header], tag: Tag) -> bool {
+    let slices = || headers.iter().filter(|h| place(h).is_some()).filter_map(|h| Some((h, h.place(0)?)));
+    let Some((_, (_, [a, b, c, d, e, f]))) = slices().next() else { return false };
+    let normal = DVec3::new(a, b, c).cross(DVec3::new(d, e, f));
+    let mut heights: Vec<(f64, String)> = slices().map(|(h, (position, _))| (normal.dot(position.into()), stated(h, tag))).collect();
+    heights.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let turns = heights.windows(2).filter(|w| w[0].1 != w[1].1).count();
+    2 * turns > heights.len()
 }

@@ -2,7 +2,8 @@
 
 use super::super::ReadError;
 use super::super::decode::SampleType;
-use super::super::part::{MOST_EXPANSION, check_expansion_to, read_all};
+use super::super::jpeg_2000;
+use super::super::part::{MOST_BLANK, MOST_EXPANSION, check_expansion_to, read_all};
 use super::header::{BIG_ENDIAN, Header, Pixels};
 use super::jpeg_lossless;
 use crate::Progress;
@@ -33,12 +34,11 @@ enum Codec {
 }
 
 impl Codec {
-    /// Bytes that a byte unpacks to, at most. JPEG 2000 leaves what is blank out: OpenJPEG packs 4096² samples of 16 bits into 280 bytes, and
-    /// CharLS as JPEG-LS, which counts runs, into 636. The
-    /// others stay below deflate's ratio: JPEG spends at least a bit on a block of 64 samples.
+    /// Bytes that a byte unpacks to, at most. JPEG 2000 leaves what is blank out, and JPEG-LS counts runs. The others stay below deflate's ratio:
+    /// JPEG spends at least a bit on a block of 64 samples.
     fn most_expansion(self) -> u64 {
         match self {
-            Self::Jpeg2000 | Self::JpegLs => 1 << 17,
+            Self::Jpeg2000 | Self::JpegLs => MOST_BLANK,
             Self::Native | Self::Jpeg | Self::Rle => MOST_EXPANSION,
         }
     }
@@ -221,24 +221,9 @@ impl Storing {
     }
 
     fn jpeg_2000(&self, packed: &[u8]) -> Result<Vec<u8>, ReadError> {
-        let damaged = |e: &dyn std::fmt::Display| ReadError::Damaged(format!("as JPEG 2000, {e}"));
-        let image = hayro_jpeg2000::Image::new(packed, &hayro_jpeg2000::DecodeSettings::default()).map_err(|e| damaged(&e))?;
-        self.same_size([image.width() as usize, image.height() as usize])?;
-        let depth = image.original_bit_depth();
-        let mut context = hayro_jpeg2000::DecoderContext::default();
-        let decoded = image.decode(&mut context).map_err(|e| damaged(&e))?;
-        let [component] = decoded.components() else { return Err(damaged(&"it holds colours")) };
-        let (signed, depth) = (is_signed_codestream(packed), depth.clamp(1, 32));
-        // The decoder takes signed samples as unsigned ones around the middle of their range.
-        let offset = if signed { 1_i64 << (depth - 1) } else { 0 };
-        // With loss, samples come out beyond the ends of their bits: they are held there (ISO 15444-1, G.1), and where the file uses fewer
-        // bits than are coded, at the ends of those, or the highest would become the lowest.
-        let coded = [-offset, (1_i64 << depth) - 1 - offset];
-        let [low, high] = if signed == self.signed { self.range() } else { coded };
-        let ends = [coded[0].max(low), coded[1].min(high)];
-        let n = self.sample.bytes();
-        let held = |v: f32| (v.round() as i64 - offset).clamp(ends[0], ends[1]);
-        Ok(component.samples().iter().flat_map(|&v| held(v).to_le_bytes().into_iter().take(n)).collect())
+        // Where the file uses fewer bits than are coded, samples are held at the ends of those, or the highest would become the lowest.
+        let range = |head: &jpeg_2000::Head| (head.signed == self.signed).then(|| self.range());
+        jpeg_2000::decode(packed, self.sample.bytes(), range, |head| self.same_size(head.dims))
     }
 
     fn jpeg_ls(&self, packed: &[u8]) -> Result<Vec<u8>, ReadError> {
@@ -314,11 +299,4 @@ fn packed(header: &Header, offsets: &[u32], fragments: &[(u64, u32)], frame: usi
         header.open(at, progress)?.take(length.into()).read_to_end(&mut bytes)?;
     }
     Ok(bytes)
-}
-
-/// Whether the first component of a JPEG 2000 codestream is signed: the top bit of Ssiz, the 43rd byte of a codestream.
-fn is_signed_codestream(bytes: &[u8]) -> bool {
-    // A boxed file has its codestream later; SOC and SIZ begin it.
-    let begin = bytes.windows(4).position(|w| w == [0xff, 0x4f, 0xff, 0x51]);
-    begin.and_then(|b| bytes.get(b + 42)).is_some_and(|ssiz| ssiz & 0x80 != 0)
 }
