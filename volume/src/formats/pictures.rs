@@ -96,13 +96,8 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
     }
     let mixes = mixes(&slices, &numbers, hints, &mut warnings)?;
 
-    // What a picture itself states, then what the scanner wrote beside it.
     let in_picture = looked.iter().filter(|l| (l.dims, l.sample) == most).find_map(|l| l.spacing_mm);
-    let stated = in_picture.or_else(|| {
-        let (mm, name) = beside::spacing_mm(&all, &slices[0].0.name, progress)?;
-        warnings.push(format!("its spacing is that of {name}"));
-        Some(mm)
-    });
+    let stated = in_picture.or_else(|| beside_them(&all, &slices[0].0.name, progress, &mut warnings));
     let spacing_mm = stated.or(hints.spacing_mm);
     if spacing_mm.is_none() {
         warnings.push(NO_SPACING.into());
@@ -110,10 +105,8 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
     warnings.push(NO_DIRECTIONS.into());
     let grid = Grid::new([nx, ny, mixes.len()], spacing_mm.unwrap_or(DVec3::ONE), DVec3::ZERO, DMat3::IDENTITY)?;
     let file_bytes: u64 = slices.iter().map(|(e, _)| e.packed_bytes()).sum();
-    if usual == Kind::Jpeg2000 {
-        let wanted = slices.len() as u128 * (nx as u128 * ny as u128) * sample.bytes() as u128;
-        check_expansion_to(wanted, file_bytes, MOST_STACK)?;
-    }
+    let most_expansion = if usual == Kind::Jpeg2000 { MOST_STACK } else { u64::MAX };
+    check_expansion_to(slices.len() as u128 * (nx * ny * sample.bytes()) as u128, file_bytes, most_expansion)?;
     let storage = Storage::Slices(Box::new(move |k, _, progress| {
         let read = |n: usize| {
             let (entry, kind) = &slices[n];
@@ -125,6 +118,13 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
     }));
     let scan = Scan::new(grid, Encoding { sample, big_endian: false }, file_bytes, storage);
     Ok(Scan { spacing_is_stated: spacing_mm.is_some(), warnings, ..scan })
+}
+
+/// The spacing that the scanner wrote beside pictures, aloud.
+fn beside_them(entries: &[Entry], picture: &str, progress: &Progress, warnings: &mut Vec<String>) -> Option<DVec3> {
+    let (mm, name) = beside::spacing_mm(entries, picture, progress)?;
+    warnings.push(format!("its spacing is that of {name}"));
+    Some(mm)
 }
 
 /// What a byte of a whole stack by JPEG 2000 unpacks to, at most: blank pictures may be packed much smaller, but not all of a scan.
