@@ -42,7 +42,8 @@ fn every_form_gives_the_same_scan() {
         assert_eq!(samples_of(&volume), expected(), "{}", small.name);
         assert!((volume.grid().spacing_mm() - DVec3::from(SPACING_MM)).length() < 1e-9, "{}: {:?}", small.name, volume.grid());
         // These forms, or the way they are written here, hold no place in the patient.
-        let placeless = ["NumPy", "TIFF", "BigTIFF", "InVesalius", "PNG", "raw", "Analyze", "VH"].iter().any(|p| small.name.starts_with(p));
+        let placeless =
+            ["NumPy", "TIFF", "BigTIFF", "InVesalius", "PNG", "raw", "Analyze", "VH", "VOL"].iter().any(|p| small.name.starts_with(p));
         let origin = if placeless { DVec3::ZERO } else { DVec3::new(-10.0, 20.0, 30.0) };
         assert!((volume.grid().origin_mm() - origin).length() < 1e-9, "{}: {:?}", small.name, volume.grid());
         let to_the_front = ["InVesalius", "Analyze"].iter().any(|p| small.name.starts_with(p));
@@ -50,7 +51,7 @@ fn every_form_gives_the_same_scan() {
         assert_eq!(volume.grid().direction(), DMat3::from_diagonal(signs), "{}", small.name);
         assert_eq!(
             volume.warnings().is_empty(),
-            !placeless && !["VTI", "GIPL"].iter().any(|p| small.name.starts_with(p)),
+            !placeless && !["VTI", "GIPL", "VTK", "Amira"].iter().any(|p| small.name.starts_with(p)),
             "{}: {:?}",
             small.name,
             volume.warnings()
@@ -452,6 +453,82 @@ fn a_spacing_that_a_header_leaves_out_is_unknown() {
         let said = read(&path, &Hints { spacing_mm: Some(mm), ..Hints::default() });
         assert!(said.spacing_is_stated() && said.grid().spacing_mm() == mm && said.warnings().len() == 1, "{name}");
     }
+}
+
+#[test]
+fn forms_of_scanners_keep_their_own_samples() {
+    // Fails if the types, units or runs that only these forms have are misread. Labels: 127 times 3, 5 times 9, then 0 to 59 as they are.
+    let folder = Folder::new("scanners");
+    let other = |name: &str| read(&others().iter().find(|s| s.name == name).unwrap().write(&folder), &Hints::default());
+    let isq = other("ISQ");
+    assert_eq!((isq.samples().type_name(), samples_of(&isq)), ("i16", expected()));
+    assert!((isq.grid().spacing_mm() - DVec3::new(0.5, 0.75, 2.0)).length() < 1e-12 && isq.spacing_is_stated(), "{:?}", isq.grid());
+    assert!(isq.metadata().is_empty(), "the person's name stays in the file: {:?}", isq.metadata());
+    let pcr = other("VOL by PCR");
+    assert_eq!((pcr.samples().type_name(), samples_of(&pcr), pcr.grid().spacing_mm()), ("u16", expected(), DVec3::splat(0.045)));
+    let runs: Vec<f64> = [vec![3.0; 127], vec![9.0; 5], (0..60).map(f64::from).collect()].concat();
+    assert_eq!(samples_of(&other("Amira by runs")), runs);
+    // A letter that is no ASCII before the samples moves none of them.
+    let mut latin = all().iter().find(|s| s.name == "Amira").unwrap().files[0].1.clone();
+    let at = latin.windows(5).position(|w| w == b"Units").unwrap();
+    latin.splice(at..at, b"Sch\xe4del \xb5\n    ".iter().copied());
+    assert_eq!(samples_of(&read(&folder.put("latin.am", &latin), &Hints::default())), expected());
+    // Floats, as PCR and VTK have them, and units as VGI states them.
+    let floats: Vec<u8> = expected().iter().flat_map(|v| ((*v as f32) / 8.0).to_be_bytes()).collect();
+    let vtk = read(&folder.put("f.vtk", &vtk("BINARY", "float", &floats)), &Hints::default());
+    assert_eq!((vtk.samples().type_name(), vtk.samples().get_f64(1) * 8.0), ("f32", expected()[1]));
+    let little: Vec<u8> = floats.as_chunks::<4>().0.iter().flat_map(|b| [b[3], b[2], b[1], b[0]]).collect();
+    folder.put("f.vol", &little);
+    let pcr = read(&folder.put("f.pcr", PCR.replace("Format=5", "Format=10").as_bytes()), &Hints::default());
+    assert_eq!((pcr.samples().type_name(), pcr.samples().get_f64(1) * 8.0), ("f32", expected()[1]));
+    folder.put("s.vol", &samples(false));
+    let vgi = read(&folder.put("s.vgi", VGI.replace("unit = mm", "unit = microns").as_bytes()), &Hints::default());
+    assert!((vgi.grid().spacing_mm() - DVec3::from(SPACING_MM) * 1e-3).length() < 1e-12, "{:?}", vgi.grid());
+}
+
+#[test]
+fn files_come_in_folders_lists_and_with_more_behind() {
+    // Fails if a disc's list, a folder above the folder, zeros behind a gzip, a sign of a size or a form of zeros keeps a sound scan from opening.
+    let folder = Folder::new("wrapped");
+    let files = dicom_files(|k| Dicom::slice(k));
+    let mut list = Dicom::slice(0).with((0x4, 0x1130), "CS", "DISC").without((0x7fe0, 0x10));
+    list.elements.retain(|tag, _| tag.0 < 8);
+    folder.put("disc/DICOMDIR", &list.bytes());
+    files.iter().for_each(|(name, bytes)| drop(folder.put(&format!("disc/A/{name}"), bytes)));
+    assert_eq!(samples_of(&read(&folder.0.join("disc/DICOMDIR"), &Hints::default())), expected());
+    let png = all().iter().find(|s| s.name == "PNG").unwrap().clone();
+    png.files.iter().for_each(|(name, bytes)| drop(folder.put(&format!("above/one/{name}"), bytes)));
+    folder.put("above/readme.txt", b"text");
+    assert_eq!(samples_of(&read(&folder.0.join("above"), &Hints::default())), expected());
+    folder.put("above/two/s1.png", &png.files[0].1);
+    let both = error(&folder.0.join("above"), &Hints::default());
+    assert!(both.contains("2 of its folders hold scans, from one to two"), "{both}");
+    // A gzip in two members, zeros behind it; one that is damaged still is.
+    let plain = [nifti(b"n+1\0", 352.0), samples(false)].concat();
+    let members = [gzip(&plain[..500]), gzip(&plain[500..]), vec![0; 700]].concat();
+    assert_eq!(samples_of(&read(&folder.put("z.nii.gz", &members), &Hints::default())), expected());
+    let mut wrong = members.clone();
+    let at = wrong.len() - 706;
+    wrong[at] ^= 1;
+    assert!(error(&folder.put("w.nii.gz", &wrong), &Hints::default()).contains("checksum"));
+    // Signs and zeros in NIfTI: the qform is that of spacings alone, mirrored by its sign.
+    let mut signs = plain.clone();
+    signs[280..328].fill(0);
+    signs[252..254].copy_from_slice(&1_i16.to_le_bytes());
+    signs[80..84].copy_from_slice(&(-0.5_f32).to_le_bytes());
+    for (sform, warnings) in [(1_i16, 1), (0, 0)] {
+        signs[254..256].copy_from_slice(&sform.to_le_bytes());
+        let volume = read(&folder.put("s.nii", &signs), &Hints::default());
+        assert_eq!((volume.grid().spacing_mm(), samples_of(&volume), volume.warnings().len()), (SPACING_MM.into(), expected(), warnings));
+    }
+    let analyze = all().iter().find(|s| s.name == "Analyze").unwrap().clone();
+    let mut files = analyze.files.clone();
+    files[0].1[84..88].copy_from_slice(&(-0.75_f32).to_le_bytes());
+    assert_eq!(read(&Small { files, ..analyze }.write(&folder), &Hints::default()).grid().spacing_mm(), DVec3::from(SPACING_MM));
+    // A NRRD in microns, as ITK and ANTs write it.
+    let microns = nrrd("encoding: raw\nspace units: \"microns\" \"microns\" \"microns\"", &samples(false));
+    let volume = read(&folder.put("m.nrrd", &microns), &Hints::default());
+    assert!((volume.grid().spacing_mm() - DVec3::from(SPACING_MM) * 1e-3).length() < 1e-12 && volume.warnings().is_empty());
 }
 
 #[cfg(unix)]

@@ -128,7 +128,7 @@ fn run(small: &Small, seconds: f64, seed: u64, slowest: &Mutex<(Duration, String
             let _ = std::fs::remove_dir_all(folder.0.join(small.name));
             let path = damaged.write(&folder);
             let length: usize = damaged.files.iter().map(|(_, bytes)| bytes.len()).sum();
-            let uneven = if random.below(2) == 0 { Uneven::Refuse } else { Uneven::Resample };
+            let uneven = if random.below(2) == 0 { Uneven::Even } else { Uneven::Resample };
             let hints = Hints { uneven, ..Hints::default() };
             MEMORY.reset_peak_usage();
             let before = MEMORY.current_usage();

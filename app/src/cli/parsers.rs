@@ -67,9 +67,10 @@ pub fn reduce(text: &str) -> Result<Reduce, String> {
 
 pub fn uneven(text: &str) -> Result<Uneven, String> {
     match text {
+        "even" => Ok(Uneven::Even),
         "refuse" => Ok(Uneven::Refuse),
         "resample" => Ok(Uneven::Resample),
-        _ => Err("neither `resample` nor `refuse`".into()),
+        _ => Err("none of `even`, `resample` and `refuse`".into()),
     }
 }
 

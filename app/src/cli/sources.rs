@@ -38,9 +38,9 @@ impl<const MIN: usize> Args for Sources<MIN> {
                 "Read only every 2nd or 4th sample along each axis of the scan before it: a preview that needs 1/8 or 1/64 of the memory",
             ))
             .arg(
-                option("uneven", "resample|refuse")
+                option("uneven", "even|resample|refuse")
                     .value_parser(uneven)
-                    .help("Slices of the scan before it that are not evenly spaced: interpolate them, or refuse them [default: refuse]"),
+                    .help("Slices of the scan before it that are not evenly spaced: interpolate them, refuse them, or take those that jitter as even and refuse the others [default: even]"),
             )
             .arg(option("raw", "LAYOUT").value_parser(raw).help("The scan before it is headerless: WxHxD,u8|u16|i16|f32[,be][,skip=N]"))
     }

@@ -2,7 +2,10 @@
 //!
 //! Attributes and their meaning are those of DICOM part 3; the geometry is that of the slices' own positions (see `stack`).
 
+mod apart;
+mod dataset;
 mod header;
+mod jpeg_lossless;
 mod padding;
 mod pixels;
 pub mod series;
@@ -61,33 +64,41 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
     let mut warnings = vec![];
     let headers = series::read(path, hints, progress, &mut warnings)?;
     let images = images(&headers, &mut warnings)?;
-    let (images, storing) = alike(&headers, images, &mut warnings)?;
+    let images = readable(&headers, images, &mut warnings)?;
 
     let mut spacing_is_stated = true;
-    let slices: Vec<Slice> = images.iter().map(|i| slice(&headers[i.file], i.frame, storing.dims, hints, &mut spacing_is_stated)).collect();
+    let slices: Vec<Slice> =
+        images.iter().map(|(i, storing)| slice(&headers[i.file], i.frame, storing.dims, hints, &mut spacing_is_stated)).collect();
     if !spacing_is_stated {
         warnings.push(NO_SPACING.into());
     }
-    let first = &headers[images[0].file];
-    let apart = [tags::SPACING_BETWEEN_SLICES, tags::SLICE_THICKNESS].iter().find_map(|&t| first.number(t, images[0].frame));
+    let first = &headers[images[0].0.file];
+    let frame = images[0].0.frame;
+    let apart = [tags::SPACING_BETWEEN_SLICES, tags::SLICE_THICKNESS].iter().find_map(|&t| first.number(t, frame));
     let stack = stack::build(&slices, hints.uneven, apart.or(hints.spacing_mm.map(|s| s.z)), progress)?;
     warnings.extend(stack.warnings);
 
-    let unit = unit(first, images[0].frame);
+    let unit = unit(first, frame);
     let is_turned = first.text(tags::PHOTOMETRIC_INTERPRETATION, 0) == Some("MONOCHROME1") && unit == Unit::Value;
     let used = |n: usize| {
-        let Image { file, frame } = images[n];
+        let (Image { file, frame }, storing) = images[n];
         let number = |tag, default| headers[file].number(tag, frame).unwrap_or(default);
         let scale = [number(tags::RESCALE_SLOPE, 1.0), number(tags::RESCALE_INTERCEPT, 0.0)];
         let scale = if is_turned { scale.map(|n| 0.0 - n) } else { scale };
-        Used { file, frame, scale, padding: Padding::of(&headers[file], frame, &storing, scale, unit) }
+        Used { file, frame, storing, scale, padding: Padding::of(&headers[file], frame, &storing, scale, unit) }
     };
     let mixes: Vec<(Mix, Used, Used)> = stack.mixes.iter().map(|&m| (m, used(m.of), used(m.and))).collect();
     let all = || mixes.iter().flat_map(|(_, of, and)| [of, and]);
     let [mut slope, mut intercept] = mixes[0].1.scale;
     let same_scale = all().all(|u| u.scale == [slope, intercept]);
     // Values that a slice scales by itself are kept as values, since a scan has one scale.
-    let sample = if same_scale { storing.sample } else { SampleType::F32 };
+    let first_sample = mixes[0].1.storing.sample;
+    let sample = match all().all(|u| u.storing.sample == first_sample) {
+        _ if !same_scale => SampleType::F32,
+        true => first_sample,
+        // Numbers of different types become the narrowest that holds all of them.
+        false => SampleType::I64,
+    };
     if !same_scale {
         (slope, intercept) = (1.0, 0.0);
         warnings.push("its slices have scales of their own; their values are kept as float32".into());
@@ -96,7 +107,7 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
         warnings
             .push("its low numbers are shown white (MONOCHROME1), so they are taken as the dense ones: the scale is turned round".into());
     }
-    let states_scale = [tags::RESCALE_SLOPE, tags::RESCALE_INTERCEPT].iter().all(|&t| first.number(t, images[0].frame).is_some());
+    let states_scale = [tags::RESCALE_SLOPE, tags::RESCALE_INTERCEPT].iter().all(|&t| first.number(t, frame).is_some());
     if unit == Unit::Hounsfield && !states_scale {
         warnings.push("it does not state how its numbers become HU (RescaleSlope, RescaleIntercept); they are taken as HU".into());
     }
@@ -105,7 +116,7 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
     }
     warnings.extend(all().find_map(|u| u.padding.as_ref()).map(Padding::warning));
 
-    let metadata = metadata(first, images[0].frame);
+    let metadata = metadata(first, frame);
     let mut files: Vec<usize> = all().map(|u| u.file).collect();
     files.dedup();
     let file_bytes = files.iter().map(|&f| headers[f].entry.packed_bytes()).sum();
@@ -115,11 +126,16 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
         let read = |used: &Used, buffer: Vec<u8>| -> Result<Vec<u8>, ReadError> {
             let header = &headers[used.file];
             let named = |e| super::part::in_file(Path::new(&header.entry.name), e);
-            let mut bytes = storing.read(header, used.frame, buffer, progress).map_err(named)?;
+            let own = used.storing.sample;
+            let mut bytes = used.storing.read(header, used.frame, buffer, progress).map_err(named)?;
             if let Some(padding) = &used.padding {
-                padding.replace(&mut bytes, storing.sample);
+                padding.replace(&mut bytes, own);
             }
-            Ok(if same_scale { bytes } else { scaled(&bytes, storing.sample, used.scale) })
+            Ok(match sample {
+                _ if sample == own && same_scale => bytes,
+                SampleType::I64 => bytes.chunks_exact(own.bytes()).flat_map(|b| whole(b, own).to_le_bytes()).collect(),
+                _ => scaled(&bytes, own, used.scale),
+            })
         };
         let (mix, of, and) = &mixes[k];
         let bytes = read(of, buffer)?;
@@ -133,6 +149,7 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
 struct Used {
     file: usize,
     frame: usize,
+    storing: Storing,
     scale: [f64; 2],
     padding: Option<Padding>,
 }
@@ -148,9 +165,7 @@ fn images(headers: &[Header], warnings: &mut Vec<String>) -> Result<Vec<Image>, 
         placeless = placeless.saturating_add(header.frames() - header.images());
         for frame in 0..header.images() {
             let kind = header.text(tags::FRAME_TYPE, frame).or_else(|| header.text(tags::IMAGE_TYPE, frame)).unwrap_or_default();
-            let numbers = header.numbers::<3>(tags::IMAGE_POSITION_PATIENT, frame).is_some()
-                && header.numbers::<6>(tags::IMAGE_ORIENTATION_PATIENT, frame).is_some();
-            match (kind.split('\\').any(|k| k == "LOCALIZER"), numbers) {
+            match (kind.split('\\').any(|k| k == "LOCALIZER"), header.place(frame).is_some()) {
                 (true, _) => localizers += 1,
                 (false, false) => placeless += 1,
                 (false, true) => images.push(Image { file, frame }),
@@ -169,6 +184,7 @@ fn images(headers: &[Header], warnings: &mut Vec<String>) -> Result<Vec<Image>, 
         return Err(if placeless > 0 { ReadError::Unsupported(text.into()) } else { ReadError::NoImages });
     }
     left_out(placeless, "of its images do not state where they lie and are");
+    warnings.extend(headers.iter().find_map(assumed));
     let key = |i: &Image| {
         let header = &headers[i.file];
         let number = |tag| header.number(tag, i.frame).unwrap_or(0.0);
@@ -181,9 +197,15 @@ fn images(headers: &[Header], warnings: &mut Vec<String>) -> Result<Vec<Image>, 
     Ok(images)
 }
 
-/// The images that are stored as most of them are.
-fn alike(headers: &[Header], images: Vec<Image>, warnings: &mut Vec<String>) -> Result<(Vec<Image>, Storing), ReadError> {
-    let mut kinds: Vec<(Storing, usize)> = vec![];
+/// The sentence about frames whose places are not stated one by one.
+fn assumed(header: &Header) -> Option<String> {
+    let (mm, by) = header.assumed()?;
+    let placed = if header.is_placed(0) { "one position" } else { "no position" };
+    Some(format!("its {} frames have {placed}; they are taken to be {mm} mm apart, which is its {by}", header.frames()))
+}
+
+/// The images whose samples can be read, and how they are stored, which may differ from slice to slice.
+fn readable(headers: &[Header], images: Vec<Image>, warnings: &mut Vec<String>) -> Result<Vec<(Image, Storing)>, ReadError> {
     let mut why = None;
     let storings: Vec<Option<Storing>> = headers
         .iter()
@@ -199,29 +221,23 @@ fn alike(headers: &[Header], images: Vec<Image>, warnings: &mut Vec<String>) -> 
             checked.map_err(|e| why = why.take().or(Some((header.entry.name.clone(), e)))).ok()
         })
         .collect();
-    for storing in images.iter().filter_map(|i| storings[i.file]) {
-        match kinds.iter_mut().find(|(s, _)| *s == storing) {
-            Some((_, n)) => *n += 1,
-            None => kinds.push((storing, 1)),
-        }
-    }
-    let Some((storing, n)) = kinds.into_iter().rev().max_by_key(|(_, n)| *n) else {
-        return Err(why.map_or(ReadError::NoImages, |(name, e)| super::part::in_file(Path::new(&name), e)));
-    };
     let all = images.len();
-    let images: Vec<Image> = images.into_iter().filter(|i| storings[i.file] == Some(storing)).collect();
-    if n < all {
-        let reason = why.map_or("their samples are of another kind".to_owned(), |(name, e)| format!("{name}: {e}"));
-        warnings.push(format!("{} of {all} images are left out: {reason}", all - n));
+    let images: Vec<(Image, Storing)> = images.into_iter().filter_map(|i| Some((i, storings[i.file]?))).collect();
+    match why {
+        Some((name, error)) if images.is_empty() => Err(super::part::in_file(Path::new(&name), error)),
+        Some((name, error)) if images.len() < all => {
+            warnings.push(format!("{} of {all} images are left out: {name}: {error}", all - images.len()));
+            Ok(images)
+        }
+        _ => Ok(images),
     }
-    Ok((images, storing))
 }
 
 fn slice(header: &Header, frame: usize, dims: [usize; 2], hints: &Hints, is_stated: &mut bool) -> Slice {
     // `images` has seen that these are there.
-    let position = header.numbers::<3>(tags::IMAGE_POSITION_PATIENT, frame).unwrap_or_default();
-    let [a, b, c, d, e, f] = header.numbers::<6>(tags::IMAGE_ORIENTATION_PATIENT, frame).unwrap_or_default();
-    let stated = header.numbers::<2>(tags::PIXEL_SPACING, frame).filter(|s| s.iter().all(|mm| *mm > 0.0));
+    let (position, [a, b, c, d, e, f]) = header.place(frame).unwrap_or_default();
+    let spacing = |tag| header.numbers::<2>(tag, frame).filter(|s| s.iter().all(|mm| *mm > 0.0));
+    let stated = spacing(tags::PIXEL_SPACING).or_else(|| spacing(tags::NOMINAL_SCANNED_PIXEL_SPACING));
     // Between rows (along j) first.
     let spacing_mm = match (stated, hints.spacing_mm) {
         (Some([j, i]), _) => [i, j],
@@ -260,7 +276,7 @@ fn scaled(bytes: &[u8], sample: SampleType, [slope, intercept]: [f64; 2]) -> Vec
 }
 
 /// Samples `part` of the way from one slice to the next, whole numbers rounded.
-fn blend(of: &[u8], and: &[u8], part: f64, sample: SampleType) -> Vec<u8> {
+pub fn blend(of: &[u8], and: &[u8], part: f64, sample: SampleType) -> Vec<u8> {
     let n = sample.bytes();
     let mix = |a: f64, b: f64| a + (b - a) * part;
     let pairs = of.chunks_exact(n).zip(and.chunks_exact(n));

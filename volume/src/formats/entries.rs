@@ -110,6 +110,9 @@ fn in_folder_within(
         for entry in std::fs::read_dir(&folder)? {
             progress.advance(0)?;
             let path = entry?.path();
+            if is_apples(&path.file_name().unwrap_or_default().to_string_lossy()) {
+                continue;
+            }
             // What cannot be looked at, and what is no regular file, is no slice. A link to a folder may lead in circles.
             let Ok(metadata) = path.metadata() else { continue };
             if metadata.is_dir() && deep && !path.is_symlink() {
@@ -135,6 +138,11 @@ fn in_folder_within(
     Ok(found)
 }
 
+/// What macOS leaves beside files on other disks, and in zips: no file of the person's.
+fn is_apples(name: &str) -> bool {
+    name.split('/').any(|part| part.starts_with("._") || part == "__MACOSX" || part == ".DS_Store")
+}
+
 /// The sentence about files that are not looked at.
 fn beyond(too_many: usize, most: usize) -> Option<String> {
     (too_many > 0)
@@ -153,6 +161,9 @@ pub fn in_zip(file: &Path, progress: &Progress, warnings: &mut Vec<String>) -> R
             continue;
         }
         let name = entry.name().map_err(broken)?.into_owned();
+        if is_apples(&name) {
+            continue;
+        }
         if entry.encrypted() {
             return Err(ReadError::Unsupported(format!("its file {name:?} is encrypted; unpack it with its password first")));
         }

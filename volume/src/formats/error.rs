@@ -59,6 +59,9 @@ pub enum ReadError {
         /// The odd ones, listed.
         gaps: String,
     },
+    /// Pictures whose numbers have gaps.
+    #[error("some of its pictures are missing: in their numbers, {0}; find them, or pass --uneven resample to have them interpolated")]
+    Numbering(String),
     /// Data that cannot be unpacked or taken apart.
     #[error("it is damaged: {0}; copy it again from where it came")]
     Damaged(String),

@@ -4,14 +4,18 @@
 //! or into every n-th of them. What a reader is given was made by a stranger: sizes are checked against the file's own length
 //! before anything is reserved, and whatever is wrong becomes a sentence, never a panic.
 
+mod amira;
 mod decode;
 mod dicom;
 mod entries;
 mod error;
 mod gipl;
 mod invesalius;
+mod isq;
+mod jpeg_2000;
 mod memory;
 mod metaimage;
+mod mgh;
 mod nifti;
 mod npy;
 pub mod nrrd;
@@ -20,9 +24,13 @@ mod pictures;
 mod raw;
 mod scan;
 mod stack;
+mod text;
 mod tiff;
+mod units;
 mod vh;
+mod vol;
 mod vti;
+mod vtk;
 mod write;
 
 pub use dicom::series::Series;
@@ -69,6 +77,11 @@ pub static FORMATS: &[Format] = &[
     vti::FORMAT,
     gipl::FORMAT,
     invesalius::FORMAT,
+    amira::FORMAT,
+    isq::FORMAT,
+    mgh::FORMAT,
+    vtk::FORMAT,
+    vol::FORMAT,
     pictures::FORMAT,
     vh::FORMAT,
     raw::FORMAT,
@@ -119,12 +132,14 @@ impl Reduce {
     }
 }
 
-/// What is done with slices that are not evenly spaced; written `refuse` or `resample`.
+/// What is done with slices that are not evenly spaced; written `even`, `refuse` or `resample`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Uneven {
-    /// They are refused with a list of the gaps.
+    /// Those that jitter are taken as even, with a warning that says by how much they are off; the others are refused with a list of the gaps.
     #[default]
+    Even,
+    /// They are refused with a list of the gaps.
     Refuse,
     /// They are interpolated linearly to even spacing, with a warning.
     Resample,
@@ -133,7 +148,7 @@ pub enum Uneven {
 impl Uneven {
     /// Nothing else was asked for.
     pub fn is_default(&self) -> bool {
-        *self == Self::Refuse
+        *self == Self::default()
     }
 }
 
@@ -146,7 +161,12 @@ pub fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, Ope
     let (path, hints) = chosen(path, hints);
     let (path, hints) = (path.as_path(), &hints);
     let scan = || -> Result<Scan, ReadError> {
-        let format = if hints.raw.is_some() { &raw::FORMAT } else { find(path, progress)? };
+        let found = if hints.raw.is_some() { Ok(&raw::FORMAT) } else { find(path, progress) };
+        let (format, path) = match found {
+            Err(ReadError::Directory) => folder_within(path, progress)?,
+            found => (found?, path.to_owned()),
+        };
+        let path = path.as_path();
         if let Some(series) = hints.series.as_ref().filter(|_| format.name != dicom::FORMAT.name) {
             return Err(ReadError::Unsupported(format!(
                 "it has no series {series}: only DICOM has series; leave the # and what follows away"
@@ -211,6 +231,25 @@ pub fn write(path: &Path, volume: &Volume, progress: &Progress) -> Result<Vec<St
     (writer.write)(path, volume, progress)
 }
 
+/// The only folder that holds a scan in a folder that itself holds none, as archives are unpacked into one.
+fn folder_within(path: &Path, progress: &Progress) -> Result<(&'static Format, PathBuf), ReadError> {
+    let mut found = vec![];
+    for entry in std::fs::read_dir(path)? {
+        let folder = entry?.path();
+        if folder.is_dir() && !folder.is_symlink() {
+            found.extend(find(&folder, progress).ok().map(|format| (format, folder)));
+        }
+    }
+    progress.advance(0)?;
+    found.sort_by(|(_, a), (_, b)| a.cmp(b));
+    let name = |n: usize| found[n].1.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    match found.len() {
+        0 => Err(ReadError::Directory),
+        1 => Ok(found.swap_remove(0)),
+        n => Err(ReadError::Unsupported(format!("{n} of its folders hold scans, from {} to {}; name one of them", name(0), name(n - 1)))),
+    }
+}
+
 fn find(path: &Path, progress: &Progress) -> Result<&'static Format, ReadError> {
     let mut head = vec![];
     let folder = path.metadata()?.is_dir();
@@ -222,6 +261,9 @@ fn find(path: &Path, progress: &Progress) -> Result<&'static Format, ReadError> 
     progress.advance(0)?;
     found.ok_or_else(|| match folder {
         true => ReadError::Directory,
+        false if head.starts_with(&[0x1f, 0x8b]) => {
+            ReadError::Unsupported("it is packed by gzip, and no form that is read so; unpack it and name what comes out".into())
+        }
         false => ReadError::UnknownFormat(FORMATS.iter().map(|f| f.name).collect::<Vec<_>>().join(", ")),
     })
 }

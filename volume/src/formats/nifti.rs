@@ -207,15 +207,21 @@ impl<'a> Header<'a> {
         if self.kind() == Kind::Analyze {
             // Its axes grow to the left, the front and the top, unless a program thought otherwise.
             warnings.push("Analyze files do not state how they lie in the patient; the axes are taken as left, anterior, superior".into());
-            return self.unplaced(dims, DVec3::from(pixdim), DMat3::from_diagonal(DVec3::new(1.0, -1.0, 1.0)), hints);
+            return self.unplaced(dims, DVec3::from(pixdim).abs(), DMat3::from_diagonal(DVec3::new(1.0, -1.0, 1.0)), hints);
         }
         if self.int(254, 348, 4) > 0 {
             let [x, y, z]: [[f64; 4]; 3] = std::array::from_fn(|n| self.floats(280 + 16 * n, 400 + 32 * n));
             let column = |n: usize| lps * DVec3::new(x[n], y[n], z[n]) * unit_mm;
             let matrix = DMat3::from_cols(column(0), column(1), column(2));
-            return Ok(Grid::from_affine(dims, DAffine3::from_mat3_translation(matrix, column(3)))?);
+            // A form of zeros beside a good one is what some programs leave when they drop it.
+            if matrix == DMat3::ZERO && self.int(252, 344, 4) > 0 {
+                warnings.push("its sform is all zeros; where it lies is taken from its qform".into());
+            } else {
+                return Ok(Grid::from_affine(dims, DAffine3::from_mat3_translation(matrix, column(3)))?);
+            }
         }
-        let spacing_mm = DVec3::from(pixdim) * unit_mm;
+        // A size has no sign; that of the axes is in the forms.
+        let spacing_mm = DVec3::from(pixdim).abs() * unit_mm;
         if self.int(252, 344, 4) > 0 {
             let [b, c, d, ox, oy, oz] = self.floats(256, 352);
             let square = b * b + c * c + d * d;

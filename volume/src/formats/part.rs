@@ -2,7 +2,7 @@
 
 use super::{ReadError, Sink};
 use crate::Progress;
-use flate2::bufread::{MultiGzDecoder, ZlibDecoder};
+use flate2::bufread::{GzDecoder, ZlibDecoder};
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -42,6 +42,9 @@ pub const MORE_BYTES: &str = "the file goes on after the samples that its header
 
 /// Deflate's longest match spends 2 bits on 258 bytes, a ratio of 1032; the rest is for headers. What claims more is no such data.
 pub const MOST_EXPANSION: u64 = 1100;
+
+/// What a byte of JPEG 2000 or JPEG-LS unpacks to, at most: OpenJPEG packs 4096² blank samples of 16 bits into 280 bytes, CharLS into 636.
+pub const MOST_BLANK: u64 = 1 << 17;
 
 /// Refuses `wanted` bytes that `packed` deflated bytes cannot unpack to.
 pub fn check_expansion(wanted: u128, packed: u64) -> Result<(), ReadError> {
@@ -90,7 +93,7 @@ impl Part {
         check_length(self.packing, self.bytes.into(), self.skip, there.saturating_sub(before))?;
         match self.packing {
             Packing::Plain => self.pass(source, progress, take),
-            Packing::Gzip => self.pass(MultiGzDecoder::new(source), progress, take),
+            Packing::Gzip => self.pass(Gzip::new(source), progress, take),
             Packing::Zlib => self.pass(ZlibDecoder::new(source), progress, take),
         }
     }
@@ -103,6 +106,31 @@ impl Part {
         pass(&mut source, self.bytes, progress, take)?;
         // At the end of packed data this also compares its checksum.
         Ok(source.read(&mut [0])? > 0)
+    }
+}
+
+/// The members of a gzip, one after the other. What follows them and is none, such as zeros up to the end of a tape's block, is no part of it.
+struct Gzip<R>(Option<GzDecoder<R>>);
+
+impl<R: BufRead> Gzip<R> {
+    fn new(source: R) -> Self {
+        Self(Some(GzDecoder::new(source)))
+    }
+}
+
+impl<R: BufRead> Read for Gzip<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        while let Some(member) = &mut self.0 {
+            let n = member.read(buffer)?;
+            if n > 0 || buffer.is_empty() {
+                return Ok(n);
+            }
+            let mut rest = self.0.take().map(GzDecoder::into_inner);
+            // The first byte of gzip's magic.
+            let is_more = rest.as_mut().map_or(Ok(false), |rest| Ok::<_, io::Error>(rest.fill_buf()?.first() == Some(&0x1f)))?;
+            self.0 = rest.filter(|_| is_more).map(GzDecoder::new);
+        }
+        Ok(0)
     }
 }
 

@@ -52,6 +52,16 @@ const MOST_KINDS: usize = 256;
 /// Slices within this part of a step of their even place are even: tables stop that well, and positions are rounded.
 const EVEN: f64 = 0.02;
 
+/// Slices within this part of a step of their place are taken as even, aloud: a twentieth of a sample is less than any edge is sharp.
+const NEARLY_EVEN: f64 = 0.05;
+/// Where a tenth of the gaps and more differ, it is how positions were written, or how the table moved, and no slice is missing. Such slices may be
+/// off by more, since interpolating them would smooth the scan and place it no better: by this part of a step,
+const JITTER: f64 = 0.15;
+/// or by this many mm, which is what positions rounded to tenths can be off from the line of the first and the last, themselves rounded;
+const ROUNDING_MM: f64 = 0.1;
+/// but never by more than this part of a step: a missing slice moves others by half of one.
+const MOST_JITTER: f64 = 0.4;
+
 /// Puts slices in order. `thickness_mm` is the distance to the next slice where there is only one.
 pub fn build(slices: &[Slice], uneven: Uneven, thickness_mm: Option<f64>, progress: &Progress) -> Result<Stack, ReadError> {
     let mut warnings = vec![];
@@ -71,37 +81,34 @@ pub fn build(slices: &[Slice], uneven: Uneven, thickness_mm: Option<f64>, progre
     let begin = slices[order[0]].position_mm;
     let end = slices[order[order.len() - 1]].position_mm;
     let gaps: Vec<f64> = order.windows(2).map(|w| height(w[1]) - height(w[0])).collect();
-    let mut sorted = gaps.clone();
-    sorted.sort_by(f64::total_cmp);
-    let (count, step_mm) = match sorted.get(sorted.len() / 2) {
-        None => (1, thickness_mm.filter(|t| *t > 0.0 && t.is_finite()).unwrap_or(1.0) * normal),
-        Some(_) => (order.len(), (end - begin) / gaps.len() as f64),
+    let (count, step_mm) = match gaps.is_empty() {
+        true => (1, thickness_mm.filter(|t| *t > 0.0 && t.is_finite()).unwrap_or(1.0) * normal),
+        false => (order.len(), (end - begin) / gaps.len() as f64),
     };
-    let even = |k: usize, n: usize| slices[n].position_mm.distance(begin + step_mm * k as f64) <= EVEN * step_mm.length();
-    let is_even = order.iter().enumerate().all(|(k, &n)| even(k, n));
+    let off = |(k, &n): (usize, &usize)| slices[n].position_mm.distance(begin + step_mm * k as f64);
+    let off_mm = order.iter().enumerate().map(off).fold(0.0, f64::max);
+    let is_even = match off_mm <= EVEN * step_mm.length() {
+        false if uneven == Uneven::Even && off_mm <= most_off_mm(&gaps, step_mm.length()) => {
+            warnings.push(format!(
+                "its slices are not quite even; they are taken as {} mm apart, none interpolated: at most {} mm from where they lie",
+                short(step_mm.length()),
+                short(off_mm)
+            ));
+            true
+        }
+        is_even => is_even,
+    };
     let (count, step_mm) = match is_even {
         true => (count, step_mm),
         false => {
-            let usual = sorted[sorted.len() / 2];
-            let total = normal.dot(end - begin);
+            let heights: Vec<f64> = order.iter().map(|&n| height(n)).collect();
             // The line from the first slice to the last must pass through all of them, or they are shifted sideways.
-            let line = |n: usize| begin + (end - begin) * ((height(n) - height(order[0])) / total);
-            if order.iter().any(|&n| slices[n].position_mm.distance(line(n)) > sample_mm) {
+            let line = |k: usize| begin + (end - begin) * ((heights[k] - heights[0]) / normal.dot(end - begin));
+            if order.iter().enumerate().any(|(k, &n)| slices[n].position_mm.distance(line(k)) > sample_mm) {
                 return Err(sideways());
             }
-            let list = list_gaps(&gaps, usual);
-            let steps = (total / usual).round();
-            let more = (steps as usize).saturating_add(1);
-            // What a stack of so many slices would need is bounded: no gap asks for more than is there.
-            if uneven == Uneven::Refuse || more > 16 * order.len() {
-                // To the nanometre: what is finer is only how positions were written.
-                return Err(ReadError::Uneven { usual_mm: (usual * 1e6).round() / 1e6, gaps: list });
-            }
-            warnings.push(format!(
-                "its slices are not even ({list}); they are interpolated linearly to {more} slices {} mm apart",
-                short(total / steps)
-            ));
-            (more, (end - begin) / steps)
+            let steps = interpolated_steps(&gaps, uneven, &mut warnings)?;
+            (steps + 1, (end - begin) / steps as f64)
         }
     };
     let mixes = match is_even {
@@ -112,6 +119,41 @@ pub fn build(slices: &[Slice], uneven: Uneven, thickness_mm: Option<f64>, progre
     let map = DAffine3::from_mat3_translation(DMat3::from_cols(i * di, j * dj, step_mm), begin);
     let grid = Grid::from_affine([first.dims[0], first.dims[1], count], map)?;
     Ok(Stack { grid, mixes, warnings })
+}
+
+/// Steps of even slices that stand in for those with `gaps`, where the person wants that.
+fn interpolated_steps(gaps: &[f64], uneven: Uneven, warnings: &mut Vec<String>) -> Result<usize, ReadError> {
+    let mut sorted = gaps.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let (usual, total) = (sorted[sorted.len() / 2], gaps.iter().sum::<f64>());
+    let list = list_gaps(gaps, usual);
+    let steps = (total / usual).round();
+    let more = (steps as usize).saturating_add(1);
+    // What a stack of so many slices would need is bounded: no gap asks for more than is there.
+    if uneven != Uneven::Resample || more > 16 * (gaps.len() + 1) {
+        // To the nanometre: what is finer is only how positions were written.
+        return Err(ReadError::Uneven { usual_mm: (usual * 1e6).round() / 1e6, gaps: list });
+    }
+    warnings.push(format!(
+        "its slices are not even ({list}); they are interpolated linearly to {more} slices {} mm apart",
+        short(total / steps)
+    ));
+    Ok(more - 1)
+}
+
+/// How far slices may be from their even places, and still be taken as even.
+fn most_off_mm(gaps: &[f64], step_mm: f64) -> f64 {
+    let mut sorted = gaps.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let usual = sorted[sorted.len() / 2];
+    let odd = gaps.iter().filter(|gap| (**gap - usual).abs() > EVEN * usual).count();
+    // No gap has room for a slice, none is hardly there.
+    let is_whole = gaps.iter().all(|gap| (0.5..1.5).contains(&(gap / step_mm)));
+    match odd > 1 && 10 * odd >= gaps.len() {
+        _ if !is_whole => 0.0,
+        true => (JITTER * step_mm).max(ROUNDING_MM).min(MOST_JITTER * step_mm),
+        false => NEARLY_EVEN * step_mm,
+    }
 }
 
 fn sideways() -> ReadError {
@@ -270,6 +312,44 @@ mod tests {
         let stopped = Progress::default();
         stopped.cancel();
         assert!(matches!(super::build(&slices, Uneven::Refuse, None, &stopped), Err(ReadError::Cancelled(_))));
+    }
+
+    #[test]
+    fn slices_that_jitter_are_even_aloud() {
+        // Fails if rounded or slightly moved positions refuse a sound scan, if its slices are interpolated, or if a real gap passes for jitter.
+        let rounded = |step: f64| at(&(0..40).map(|k| (f64::from(k) * step * 10.0).round() / 10.0).collect::<Vec<_>>());
+        for step in [0.625, 0.45, 0.312, 0.9375] {
+            let stack = build(&rounded(step), Uneven::Even, None).unwrap();
+            assert!(stack.mixes.iter().enumerate().all(|(k, mix)| *mix == Mix { of: k, and: k, part: 0.0 }), "{step}");
+            assert!((stack.grid.spacing_mm().z - step).abs() < 0.1 / 39.0 + 1e-9, "{step}: {}", stack.grid.spacing_mm().z);
+            assert!(
+                stack.warnings[0].contains("not quite even") && stack.warnings[0].contains("mm from where they lie"),
+                "{:?}",
+                stack.warnings
+            );
+        }
+        // By a few per cent, all of them or one alone.
+        let moved: Vec<f64> =
+            (0..30).map(|k| f64::from(k) + [0.0, 0.07, -0.06, 0.03][k as usize % 4] * f64::from(u8::from(k < 29))).collect();
+        let one: Vec<f64> = (0..30).map(|k| f64::from(k) + if k == 7 { 0.04 } else { 0.0 }).collect();
+        for heights in [moved, one] {
+            let stack = build(&at(&heights), Uneven::Even, None).unwrap();
+            assert_eq!((stack.grid.dims()[2], stack.warnings.len()), (30, 1));
+            // Who asks for it has them refused, or interpolated.
+            assert!(build(&at(&heights), Uneven::Refuse, None).is_err());
+            assert!(build(&at(&heights), Uneven::Resample, None).unwrap().warnings[0].contains("interpolated"));
+        }
+        // One odd gap at the end; a missing slice in a scan that is rounded, and in one of few slices.
+        let mut last: Vec<f64> = (0..16).map(|k| 0.5 * f64::from(k)).collect();
+        last[15] = 7.4;
+        let error = build(&at(&last), Uneven::Even, None).unwrap_err().to_string();
+        assert!(error.contains("0.4 mm between slices 15 and 16"), "{error}");
+        for missing in [1, 20, 38] {
+            let mut gone = rounded(0.625);
+            gone.remove(missing);
+            assert!(build(&gone, Uneven::Even, None).is_err(), "{missing}");
+        }
+        assert!(build(&at(&[0.0, 1.0, 3.0]), Uneven::Even, None).is_err());
     }
 
     #[test]

@@ -234,8 +234,12 @@ fn nifti_orientation_follows_sform_then_qform_then_spacing() {
     assert_eq!((s.slope(), s.intercept(), s.range()), (2.0, 24.0, [-1976.0, 224.0]));
     set_f32(&mut file, 112, &[f32::NAN, f32::NAN]);
     assert_eq!(folder.open("f.nii", &file).unwrap().slope(), 1.0);
-    set_f32(&mut file, 280, &[0.0; 12]);
+    set_f32(&mut file, 280, &[1.0, 0.0, 0.0, 4.0, 1.0, 0.0, 0.0, 5.0, 0.0, 0.0, 3.0, 6.0]);
     assert!(folder.error("f.nii", &file).contains("three independent directions"));
+    // Zeros are no form: the other one is taken, aloud.
+    set_f32(&mut file, 280, &[0.0; 12]);
+    let zero = folder.open("f.nii", &file).unwrap();
+    assert!(zero.warnings()[0].contains("sform is all zeros") && zero.grid().origin_mm() == q.grid().origin_mm() * 1e-3, "{zero:?}");
     file[254] = 0;
     set_f32(&mut file, 84, &[0.0]);
     assert!(folder.error("f.nii", &file).contains("spacing along axis 1 is 0 mm"));

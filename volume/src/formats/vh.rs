@@ -20,10 +20,24 @@ fn sniff(path: &Path, head: &[u8], _progress: &Progress) -> bool {
     !head.is_empty() && path.extension().is_some_and(|e| e.eq_ignore_ascii_case("vh"))
 }
 
+/// The numbers in `text`, sizes first. Commas stand between numbers, or in them where that makes six or seven; bits may stand first.
+fn numbers(text: &str) -> Vec<f64> {
+    let split = |marks: &'static str| text.split(move |c: char| c.is_whitespace() || marks.contains(c));
+    let between: Vec<f64> = split(",;:=()[]{}\"").filter_map(|w| w.parse().ok()).collect();
+    let within: Vec<f64> = split(";:=()[]{}\"").filter_map(|w| super::text::decimal(w.trim_matches(','))).collect();
+    let is_whole = |numbers: &[f64]| (6..=7).contains(&numbers.len());
+    let mut numbers = if !is_whole(&between) && is_whole(&within) { within } else { between };
+    let are_bits = |n: &f64| [8.0, 12.0, 16.0].contains(n);
+    if numbers.len() == 7 && are_bits(&numbers[0]) && !are_bits(&numbers[6]) {
+        numbers.rotate_left(1);
+    }
+    numbers
+}
+
 fn scan(path: &Path, _hints: &Hints, _progress: &Progress) -> Result<Scan, ReadError> {
     let text = String::from_utf8_lossy(&head_of(path, MOST_BYTES)?.0).into_owned();
     let words = || text.split(|c: char| c.is_whitespace() || ",;:=()[]{}\"".contains(c)).filter(|w| !w.is_empty());
-    let numbers: Vec<f64> = words().filter_map(|w| w.parse().ok()).collect();
+    let numbers = numbers(&text);
     let wrong = |problem: &str| bad("text", text.trim().chars().take(200).collect::<String>(), problem);
     let [nx, ny, nz, dx, dy, dz, rest @ ..] = numbers.as_slice() else {
         return Err(wrong("it must hold three sizes, three extents of a voxel in mm and the bits of a sample"));
@@ -54,4 +68,24 @@ fn scan(path: &Path, _hints: &Hints, _progress: &Progress) -> Result<Scan, ReadE
     let warnings = vec![format!("its header is taken to say {i}×{j}×{k} {kind}, {dx} × {dy} × {dz} mm a voxel"), NO_DIRECTIONS.into()];
     let scan = Scan::new(grid, Encoding { sample, big_endian: false }, there, Storage::parts(vec![Part { beside: true, ..part }]));
     Ok(Scan { warnings, ..scan })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::numbers;
+
+    #[test]
+    fn numbers_are_found_however_they_stand() {
+        // Fails if a decimal comma splits an extent, or if bits that stand first are taken for a size.
+        let want = [8.0, 6.0, 4.0, 0.5, 0.75, 2.0, 16.0];
+        for text in [
+            "size 8 6 4\nextent 0.5 0.75 2\nbits 16\n",
+            "8,6,4,0.5,0.75,2,16",
+            "8 6 4 0,5 0,75 2 16",
+            "bits=16 size=(8, 6, 4) 0,5; 0,75; 2,0",
+            "16 8 6 4 0.5 0.75 2",
+        ] {
+            assert_eq!(numbers(text), want, "{text}");
+        }
+    }
 }

@@ -4,7 +4,7 @@
 
 use super::decode::{Encoding, SampleType};
 use super::part::{check_expansion, counted, open_file, pass, read_all};
-use super::{Format, Hints, NO_DIRECTIONS, NO_SPACING, ReadError, Scan, Sink, Storage, bad};
+use super::{Format, Hints, NO_DIRECTIONS, NO_SPACING, ReadError, Scan, Sink, Storage, bad, text};
 use crate::{Grid, Progress};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -247,7 +247,10 @@ impl Data {
     fn stream(&self, progress: &Progress, take: &mut Sink<'_>) -> Result<(), ReadError> {
         let source = self.open(progress)?;
         match (self.form, self.packed) {
-            (Form::Text, _) => self.text(source, progress, take),
+            (Form::Text, _) => {
+                let sample = self.encoding.sample;
+                text::numbers(source, sample, self.bytes / sample.bytes() as u64, "DataArray", progress, take)
+            }
             (Form::Raw, false) => self.plain(source, progress, take),
             (Form::Base64, false) => self.plain(DecoderReader::new(Letters(source), &STANDARD), progress, take),
             (Form::Raw, true) => self.blocks(source, progress, take),
@@ -290,49 +293,6 @@ impl Data {
             return Err(ReadError::Truncated { wanted: self.bytes.into(), there });
         }
         pass(&mut source, self.bytes, progress, take)
-    }
-
-    fn text(&self, mut source: impl BufRead, progress: &Progress, take: &mut Sink<'_>) -> Result<(), ReadError> {
-        let (size, mut left) = (self.encoding.sample.bytes(), self.bytes / self.encoding.sample.bytes() as u64);
-        let mut numbers = vec![];
-        let mut word = vec![];
-        while left > 0 {
-            let text = source.fill_buf()?;
-            let (used, ends) = match text.iter().position(|b| b.is_ascii_whitespace() || *b == b'<') {
-                Some(n) => (n + usize::from(text[n] != b'<'), true),
-                None => (text.len(), text.is_empty()),
-            };
-            word.extend(text[..used].iter().filter(|b| !b.is_ascii_whitespace()));
-            let is_end = text.is_empty() || text.get(used) == Some(&b'<');
-            source.consume(used);
-            if word.len() > 64 {
-                return Err(bad("DataArray", String::from_utf8_lossy(&word[..64]), "it is no number"));
-            }
-            if ends && !word.is_empty() {
-                self.push(std::str::from_utf8(&word).unwrap_or_default(), &mut numbers)?;
-                (left, word) = (left - 1, vec![]);
-            } else if is_end {
-                let there = self.bytes - left * size as u64;
-                return Err(ReadError::Truncated { wanted: self.bytes.into(), there });
-            }
-            if numbers.len() >= 1 << 16 || left == 0 {
-                take(&numbers)?;
-                numbers.clear();
-                progress.advance(0)?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Adds a number that is written as text, little-endian.
-    fn push(&self, text: &str, out: &mut Vec<u8>) -> Result<(), ReadError> {
-        macro_rules! as_type {
-            ($($name:ident: $t:ty),*) => { match self.encoding.sample {
-                $(SampleType::$name => text.parse::<$t>().map(|v| out.extend(v.to_le_bytes())).is_ok(),)*
-            } };
-        }
-        let fits = as_type!(I8: i8, U8: u8, I16: i16, U16: u16, I32: i32, U32: u32, I64: i64, U64: u64, F32: f32, F64: f64);
-        if fits { Ok(()) } else { Err(bad("DataArray", text, "it is no number of its type")) }
     }
 
     /// Blocks packed by zlib: their number, their size, the last one's size and what each is packed to come before them.

@@ -450,6 +450,46 @@ fn pictures(ext: &str, format: image::ImageFormat) -> Vec<(String, Vec<u8>)> {
     (0..DIMS[2]).map(|k| (format!("slice{}.{ext}", k + 8), picture(k, format))).collect()
 }
 
+/// A header of FreeSurfer's of the samples: RAS, its position that of the middle, counted by whole halves of the sizes.
+pub fn mgh() -> Vec<u8> {
+    let mut h = vec![0; 284];
+    let mut put = |at: usize, field: &[u8]| h[at..at + field.len()].copy_from_slice(field);
+    [1, 8, 6, 4, 1, 10].iter().enumerate().for_each(|(n, v)| put(4 * n, &i32::to_be_bytes(*v)));
+    put(28, &1_i16.to_be_bytes());
+    let floats = [0.5, 0.75, 2.0, -1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 1.0, 10.0 - 2.0, -20.0 - 2.25, 30.0 + 4.0];
+    floats.iter().enumerate().for_each(|(n, v)| put(30 + 4 * n, &f32::to_be_bytes(*v)));
+    [h, samples(true)].concat()
+}
+
+pub fn vtk(form: &str, kind: &str, data: &[u8]) -> Vec<u8> {
+    let head = format!(
+        "# vtk DataFile Version 3.0\na skull\n{form}\nDATASET STRUCTURED_POINTS\nDIMENSIONS 8 6 4\nSPACING 0.5 0.75 2\nORIGIN -10 20 30\nPOINT_DATA 192\nSCALARS v {kind} 1\nLOOKUP_TABLE default\n"
+    );
+    [head.as_bytes(), data].concat()
+}
+
+pub fn amira(form: &str, array: &str, data: &[u8]) -> Vec<u8> {
+    let head = format!(
+        "# AmiraMesh {form} 2.1\n\n\ndefine Lattice 8 6 4\n\nParameters {{\n    Units {{\n        Coordinates \"mm\"\n    }}\n    BoundingBox -10 -6.5 20 23.75 30 36,\n    CoordType \"uniform\"\n}}\n\nLattice {{ {array}\n\n# Data section follows\n@1\n"
+    );
+    [head.as_bytes(), data].concat()
+}
+
+pub const VGI: &str = "{volume1}\n[representation]\nsize = 8 6 4\ndatatype = unsigned integer\nbitsperelement = 16\n[file1]\nFileFormat = raw\nSize = 8 6 4\nName = C:\\scans\\s.vol\nDatatype = unsigned integer\nBitsPerElement = 16\n{volumeprimitive12}\n[geometry]\nresolution = 0,5 0.75 2\nunit = mm\n";
+pub const PCR: &str =
+    "[General]\nVersion=2.2\n[VolumeData]\nVolume_SizeX=8\nVolume_SizeY=6\nVolume_SizeZ=4\nFormat=5\nVoxelSizeRec=0.045\n";
+
+/// An ISQ of the samples; one block more than it needs lies before them.
+pub fn isq() -> Vec<u8> {
+    let mut h = vec![0; 1024];
+    let mut put = |at: usize, field: &[u8]| h[at..at + field.len()].copy_from_slice(field);
+    put(0, b"CTDATA-HEADER_V1");
+    [8, 6, 4, 4000, 4500, 8000].iter().enumerate().for_each(|(n, v)| put(44 + 4 * n, &i32::to_le_bytes(*v)));
+    put(128, b"SECRET PERSON");
+    put(508, &1_i32.to_le_bytes());
+    [h, samples(false)].concat()
+}
+
 /// Scans whose samples are all those of `sample`.
 pub fn all() -> Vec<Small> {
     use tiff::encoder::{Compression as Pack, DeflateLevel};
@@ -471,6 +511,18 @@ pub fn all() -> Vec<Small> {
         one("MetaImage by zlib", "b.mha", metaimage("CompressedData = True\n", "LOCAL", &zlib(&data))),
         one("MetaImage big-endian", "c.mha", metaimage("BinaryDataByteOrderMSB = True\n", "LOCAL", &samples(true))),
         one("GIPL", "a.gipl", gipl()),
+        one("MGH", "a.mgh", mgh()),
+        one("MGH by gzip", "a.mgz", gzip(&mgh())),
+        one("VTK", "a.vtk", vtk("BINARY", "unsigned_short", &samples(true))),
+        one("VTK text", "b.vtk", vtk("ASCII", "unsigned_short", text.as_bytes())),
+        one("Amira", "a.am", amira("BINARY-LITTLE-ENDIAN", "ushort Data } @1", &data)),
+        one("Amira big-endian", "b.am", amira("BINARY", "ushort Data } @1", &samples(true))),
+        one("Amira text", "c.am", amira("ASCII", "ushort Data } @1", text.as_bytes())),
+        one(
+            "Amira by zip",
+            "d.am",
+            amira("BINARY-LITTLE-ENDIAN", &format!("ushort Data }} @1(HxZip,{})", zlib(&data).len()), &zlib(&data)),
+        ),
         one("NumPy", "a.npy", npy("<", "False", "4, 6, 8", &data)),
         one("NumPy Fortran big-endian", "b.npy", npy(">", "True", "8, 6, 4", &samples(true))),
         one("VTI text", "a.vti", vti("", "format=\"ascii\">\n", &[text.as_bytes(), VTI_END].concat())),
@@ -542,6 +594,7 @@ pub fn all() -> Vec<Small> {
     };
     all.push(beside("MetaImage list", "l.mhd", metaimage("", "LIST", b"a.raw\nb.raw\n"), &halves));
     all.push(beside("NRRD list", "l.nhdr", nrrd("encoding: raw\ndata file: LIST 3\na.raw\nb.raw", &[]), &halves));
+    all.push(beside("VOL by VGI", "s.vgi", VGI.into(), &[("s.vol".to_owned(), data.clone())]));
     all.push(beside("VH", "v.vh", b"size 8 6 4\nextent 0.5 0.75 2\nbits 16\n".to_vec(), &[("v.raw".to_owned(), data.clone())]));
     all
 }
@@ -550,9 +603,14 @@ pub fn all() -> Vec<Small> {
 pub fn others() -> Vec<Small> {
     let folder = |name, files| Small { name, files, open: "" };
     let one_slice = |codec: &str, syntax| vec![("IM1".to_owned(), Dicom::slice(0).packed(syntax, vec![packed(codec)]).bytes())];
+    let runs: Vec<u8> = [127, 3, 5, 9, 128 + 60].into_iter().chain(0..60).collect();
     vec![
+        Small::one("Amira by runs", "e.am", amira("BINARY-LITTLE-ENDIAN", &format!("byte Labels }} @1(HxByteRLE,{})", runs.len()), &runs)),
+        Small::one("ISQ", "a.isq", isq()),
+        Small { name: "VOL by PCR", files: vec![("s.pcr".into(), PCR.into()), ("s.vol".into(), samples(false))], open: "s.pcr" },
         folder("BMP", pictures("bmp", image::ImageFormat::Bmp)),
         folder("JPEG", pictures("jpg", image::ImageFormat::Jpeg)),
+        folder("JPEG 2000 pictures", (0..2).map(|k| (format!("s{k}.j2k"), packed("jpeg 2000"))).collect()),
         folder("DICOM by lossless JPEG", one_slice("jpeg", JPEG_LOSSLESS)),
         folder("DICOM by JPEG 2000", one_slice("jpeg 2000", JPEG_2000)),
         folder("DICOM by JPEG-LS", one_slice("jpeg-ls", JPEG_LS)),

@@ -1,23 +1,24 @@
 //! The header of one DICOM file: the few attributes that make a scan of it. Nothing about the person is among them.
 
 use super::super::ReadError;
+use super::super::decode;
 use super::super::entries::{Entry, skip};
 use super::super::part::MOST_EXPANSION;
+use super::dataset::{self, Visit};
 use crate::Progress;
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::tags;
 use dicom_encoding::TransferSyntaxIndex;
+use dicom_encoding::text::{SpecificCharacterSet, TextCodec};
 use dicom_encoding::transfer_syntax::TransferSyntax;
-use dicom_parser::dataset::LazyDataToken;
-use dicom_parser::dataset::lazy_read::LazyDataSetReader;
-use dicom_parser::{DynStatefulDecoder, StatefulDecode};
 use dicom_transfer_syntax_registry::TransferSyntaxRegistry;
 use flate2::read::DeflateDecoder;
+use glam::DVec3;
 use std::collections::HashMap;
 use std::io::{BufReader, Read};
 
 /// The attributes that are read. All others, the person's name among them, are skipped unread.
-const WANTED: [Tag; 37] = [
+const WANTED: [Tag; 44] = [
     tags::SOP_CLASS_UID,
     tags::IMAGE_TYPE,
     tags::MODALITY,
@@ -55,10 +56,25 @@ const WANTED: [Tag; 37] = [
     tags::LOSSY_IMAGE_COMPRESSION,
     tags::FRAME_TYPE,
     tags::PRESENTATION_LUT_SHAPE,
+    tags::TEMPORAL_POSITION_IDENTIFIER,
+    tags::ACQUISITION_TIME,
+    tags::GRID_FRAME_OFFSET_VECTOR,
+    tags::NOMINAL_SCANNED_PIXEL_SPACING,
+    tags::FRAME_TIME,
+    tags::FRAME_TIME_VECTOR,
+    tags::SPECIFIC_CHARACTER_SET,
 ];
 
-/// No attribute that is wanted is longer.
+/// Types are not spelled out.
+const IMPLICIT: &str = "1.2.840.10008.1.2";
+/// Numbers have their most significant byte first.
+pub const BIG_ENDIAN: &str = "1.2.840.10008.1.2.2";
+
+/// No attribute that is wanted is longer, but the vector of offsets, which has a number for each frame.
 const MOST_VALUE: u32 = 4096;
+const MOST_OFFSETS: u32 = 1 << 18;
+/// Frames of a file of the old classes that are placed; no scanner writes more into one file.
+const MOST_FRAMES: usize = 1 << 14;
 
 /// Values as text by attribute, several of one with `\` between them.
 type Values = HashMap<Tag, String>;
@@ -85,6 +101,18 @@ pub struct Header {
     values: Values,
     shared: Values,
     frames: Vec<Values>,
+    charset: Option<SpecificCharacterSet>,
+    /// Where the frames of a file that describes none lie.
+    offsets: Option<Offsets>,
+}
+
+/// Where the frames of a file of the old multi-frame classes lie, which state one position for all: mm along their normal.
+#[derive(Clone, Debug, PartialEq)]
+enum Offsets {
+    /// For each frame, as the file states them.
+    Stated(Vec<f64>),
+    /// Evenly apart, by the attribute of that name.
+    Even(f64, &'static str),
 }
 
 impl Header {
@@ -103,8 +131,9 @@ impl Header {
         let (uid, start) = meta(head)?;
         let syntax = TransferSyntaxRegistry.get(&uid);
         let syntax = syntax.ok_or_else(|| ReadError::Unsupported(format!("its transfer syntax {uid:?} is not known")))?;
+        let (values, shared) = (Values::new(), Values::new());
         let mut header =
-            Self { entry: entry.clone(), syntax, start, pixels: None, values: Values::new(), shared: Values::new(), frames: vec![] };
+            Self { entry: entry.clone(), syntax, start, pixels: None, values, shared, frames: vec![], charset: None, offsets: None };
         let rest = entry.bytes.saturating_sub(start);
         if header.is_deflated() {
             let inflated = DeflateDecoder::new(entry.open(start, progress)?);
@@ -112,6 +141,7 @@ impl Header {
         } else {
             header.take(entry.open(start, progress)?, rest)?;
         }
+        header.offsets = header.find_offsets();
         Ok(header)
     }
 
@@ -135,9 +165,60 @@ impl Header {
         self.number(tags::NUMBER_OF_FRAMES, 0).map_or(1, |n: f64| n as usize)
     }
 
-    /// Those of its frames that it describes: without a description of its own only one of them can lie where the file says.
+    /// Those of its frames that can be placed: the ones that it describes, or all of an old class that says how far they are apart. Otherwise
+    /// only one of them can lie where the file says.
     pub fn images(&self) -> usize {
-        self.frames().min(self.frames.len().max(1))
+        match self.offsets {
+            Some(_) => self.frames(),
+            None => self.frames().min(self.frames.len().max(1)),
+        }
+    }
+
+    /// Offsets, spacing or thickness of the frames of a file that describes none, unless they follow each other in time.
+    fn find_offsets(&self) -> Option<Offsets> {
+        let is_movie = [tags::FRAME_TIME, tags::FRAME_TIME_VECTOR].iter().any(|&tag| self.text(tag, 0).is_some());
+        let count = self.frames();
+        if !self.frames.is_empty() || !(2..=MOST_FRAMES).contains(&count) || is_movie {
+            return None;
+        }
+        if let Some(text) = self.text(tags::GRID_FRAME_OFFSET_VECTOR, 0) {
+            let stated: Option<Vec<f64>> = text.split('\\').map(decimal).collect();
+            let stated = stated.filter(|s| s.len() == count);
+            return stated.map(|s| Offsets::Stated(s.iter().map(|mm| mm - s[0]).collect()));
+        }
+        let even = |tag, name| self.number(tag, 0).filter(|mm| *mm > 0.0).map(|mm| Offsets::Even(mm, name));
+        even(tags::SPACING_BETWEEN_SLICES, "SpacingBetweenSlices").or_else(|| even(tags::SLICE_THICKNESS, "SliceThickness"))
+    }
+
+    /// How far its frames are taken to be apart, and by which attribute, where it states no place for each.
+    pub fn assumed(&self) -> Option<(f64, &'static str)> {
+        match self.offsets {
+            Some(Offsets::Even(mm, name)) => Some((mm, name)),
+            _ => None,
+        }
+    }
+
+    /// Whether it states a position and directions, for all of its frames or for each.
+    pub fn is_placed(&self, frame: usize) -> bool {
+        self.numbers::<3>(tags::IMAGE_POSITION_PATIENT, frame).is_some()
+            && self.numbers::<6>(tags::IMAGE_ORIENTATION_PATIENT, frame).is_some()
+    }
+
+    /// Position and directions of frame `frame`. Frames that are only known to be so far apart begin at the origin.
+    pub fn place(&self, frame: usize) -> Option<([f64; 3], [f64; 6])> {
+        let stated = self.is_placed(frame).then(|| {
+            let position = self.numbers::<3>(tags::IMAGE_POSITION_PATIENT, frame);
+            position.zip(self.numbers::<6>(tags::IMAGE_ORIENTATION_PATIENT, frame))
+        });
+        let Some(offsets) = &self.offsets else { return stated? };
+        let (position, along) = stated.flatten().unwrap_or(([0.0; 3], [1.0, 0.0, 0.0, 0.0, 1.0, 0.0]));
+        let offset_mm = match offsets {
+            Offsets::Stated(stated) => *stated.get(frame)?,
+            Offsets::Even(mm, _) => mm * frame as f64,
+        };
+        let [a, b, c, d, e, f] = along;
+        let normal = DVec3::new(a, b, c).cross(DVec3::new(d, e, f)).normalize_or_zero();
+        Some(((DVec3::from(position) + normal * offset_mm).to_array(), along))
     }
 
     /// The identifier of its series.
@@ -154,7 +235,7 @@ impl Header {
 
     /// Numbers of frame `frame`; `None` when there are fewer.
     pub fn numbers<const N: usize>(&self, tag: Tag, frame: usize) -> Option<[f64; N]> {
-        let numbers: Vec<f64> = self.text(tag, frame)?.split('\\').map(|n| n.trim().parse().unwrap_or(f64::NAN)).collect();
+        let numbers: Vec<f64> = self.text(tag, frame)?.split('\\').map(|n| decimal(n).unwrap_or(f64::NAN)).collect();
         numbers.get(..N)?.try_into().ok().filter(|n: &[f64; N]| n.iter().all(|v| v.is_finite()))
     }
 
@@ -173,99 +254,107 @@ impl Header {
         self.small(tag).ok_or(ReadError::MissingField(name))
     }
 
-    /// Takes what is wanted from a data set of at most `bytes` bytes. In one piece, though long: an arm for each kind of token, over the sequences
-    /// that are open.
+    /// Takes what is wanted from a data set of at most `bytes` bytes.
     fn take(&mut self, source: impl Read, bytes: u64) -> Result<(), ReadError> {
-        let damaged = |e: &dyn std::fmt::Display| ReadError::Damaged(format!("as DICOM, {e}"));
-        let decoder = DynStatefulDecoder::new_with_ts(BufReader::with_capacity(1 << 14, source), self.syntax, 0);
-        let mut reader = LazyDataSetReader::new(decoder.map_err(|e| damaged(&e))?);
-        // The sequences that are open; `None` stands for an item.
-        let mut open: Vec<Option<Tag>> = vec![];
-        let mut in_pixels = false;
-        let mut offsets = vec![];
-        let mut fragments = vec![];
-        let mut items = 0;
-        while let Some(token) = reader.advance() {
-            match token.map_err(|e| damaged(&e))? {
-                LazyDataToken::SequenceStart { tag, .. } => open.push(Some(tag)),
-                LazyDataToken::PixelSequenceStart => {
-                    in_pixels = open.is_empty();
-                    open.push(Some(tags::PIXEL_DATA));
-                }
-                LazyDataToken::ItemStart { .. } => {
-                    if open.len() == 1 && open[0] == Some(tags::PER_FRAME_FUNCTIONAL_GROUPS_SEQUENCE) {
-                        self.frames.push(Values::new());
-                    }
-                    items += usize::from(in_pixels && open.len() == 1);
-                    open.push(None);
-                }
-                token @ (LazyDataToken::ItemEnd | LazyDataToken::SequenceEnd) => {
-                    open.pop();
-                    if in_pixels && open.is_empty() {
-                        break;
-                    }
-                    // An item that ends where none began.
-                    if open.is_empty() && matches!(token, LazyDataToken::ItemEnd) {
-                        return Err(damaged(&"an item ends where none began"));
-                    }
-                }
-                LazyDataToken::LazyItemValue { len, decoder } => {
-                    let at = decoder.position();
-                    if at + u64::from(len) > bytes {
-                        return Err(ReadError::Truncated { wanted: len.into(), there: bytes.saturating_sub(at) });
-                    }
-                    let value = LazyDataToken::LazyItemValue { len, decoder };
-                    // The first item is the table, which may be empty.
-                    if in_pixels && items == 1 {
-                        let mut table = vec![];
-                        value.read_value_into(&mut table).map_err(|e| damaged(&e))?;
-                        offsets = table.as_chunks().0.iter().map(|&b| u32::from_le_bytes(b)).collect();
-                    } else {
-                        value.skip().map_err(|e| damaged(&e))?;
-                        if in_pixels {
-                            fragments.push((at, len));
-                        }
-                    }
-                }
-                LazyDataToken::LazyValue { header, decoder } => {
-                    let (tag, len, at) = (header.tag, header.len, decoder.position());
-                    if tag == tags::PIXEL_DATA && open.is_empty() {
-                        self.pixels = Some(Pixels::Native(at));
-                        return Ok(());
-                    }
-                    let value = LazyDataToken::LazyValue { header, decoder };
-                    let is_short = len.get().is_some_and(|len| len <= MOST_VALUE && at + u64::from(len) <= bytes);
-                    match self.place(tag, &open).filter(|_| is_short && header.vr != VR::SQ) {
-                        Some(values) => {
-                            let text = value.into_value().map_err(|e| damaged(&e))?.to_str().into_owned();
-                            // The first of doubles counts.
-                            values.entry(tag).or_insert(text);
-                        }
-                        None => value.skip().map_err(|e| damaged(&e))?,
-                    }
-                }
-                _ => {}
-            }
-        }
-        if in_pixels {
-            self.pixels = Some(Pixels::Fragments(offsets, fragments));
-        }
-        Ok(())
+        let (spelled, big_endian) = (self.syntax.uid() != IMPLICIT, self.syntax.uid() == BIG_ENDIAN);
+        dataset::walk(BufReader::with_capacity(1 << 14, source), spelled, big_endian, bytes, self)
     }
 
-    /// Where a value within the sequences `open` belongs; `None` when it is not wanted.
-    fn place(&mut self, tag: Tag, open: &[Option<Tag>]) -> Option<&mut Values> {
-        if !WANTED.contains(&tag) {
-            return None;
-        }
-        match open {
+    /// Where a value within the sequences `path` belongs; `None` when it is not wanted.
+    fn values_of(&mut self, path: &[Tag]) -> Option<&mut Values> {
+        match path {
             [] => Some(&mut self.values),
             // The functional groups: their sequences each hold one item with the values.
-            [Some(tags::SHARED_FUNCTIONAL_GROUPS_SEQUENCE), None, Some(group), None] if GROUPS.contains(group) => Some(&mut self.shared),
-            [Some(tags::PER_FRAME_FUNCTIONAL_GROUPS_SEQUENCE), None, Some(group), None] if GROUPS.contains(group) => self.frames.last_mut(),
+            [tags::SHARED_FUNCTIONAL_GROUPS_SEQUENCE, group] if GROUPS.contains(group) => Some(&mut self.shared),
+            [tags::PER_FRAME_FUNCTIONAL_GROUPS_SEQUENCE, group] if GROUPS.contains(group) => self.frames.last_mut(),
             _ => None,
         }
     }
+}
+
+impl Visit for Header {
+    fn wants(&self, path: &[Tag], tag: Tag, length: u32) -> bool {
+        let is_place = path.is_empty() || path.len() == 2 && is_functional(path[0]) && GROUPS.contains(&path[1]);
+        let most = if tag == tags::GRID_FRAME_OFFSET_VECTOR { MOST_OFFSETS } else { MOST_VALUE };
+        is_place && length <= most && WANTED.contains(&tag)
+    }
+
+    fn value(&mut self, path: &[Tag], tag: Tag, vr: Option<VR>, bytes: &[u8], big_endian: bool) {
+        let text = text(vr.unwrap_or_else(|| known_type(tag)), bytes, big_endian, self.charset.as_ref());
+        if tag == tags::SPECIFIC_CHARACTER_SET {
+            // The first of several is that of text without escapes.
+            self.charset = text.split('\\').next().and_then(|code| SpecificCharacterSet::from_code(code.trim()));
+        } else if let Some(values) = self.values_of(path) {
+            // The first of doubles counts.
+            values.entry(tag).or_insert(text);
+        }
+    }
+
+    fn is_sequence(&self, tag: Tag) -> bool {
+        is_functional(tag) || GROUPS.contains(&tag)
+    }
+
+    fn item(&mut self, path: &[Tag]) {
+        if path == [tags::PER_FRAME_FUNCTIONAL_GROUPS_SEQUENCE] {
+            self.frames.push(Values::new());
+        }
+    }
+
+    fn native(&mut self, at: u64) {
+        self.pixels = Some(Pixels::Native(at));
+    }
+
+    fn fragments(&mut self, table: Vec<u8>, fragments: Vec<(u64, u32)>) {
+        let offsets = table.as_chunks().0.iter().map(|&b| u32::from_le_bytes(b)).collect();
+        self.pixels = Some(Pixels::Fragments(offsets, fragments));
+    }
+}
+
+/// A number. Some programs write the decimal comma of their country, which no number of DICOM has.
+fn decimal(text: &str) -> Option<f64> {
+    text.trim().replace(',', ".").parse().ok()
+}
+
+/// The type of a wanted attribute whose type the file does not say (DICOM part 6): all that are no text are whole numbers.
+fn known_type(tag: Tag) -> VR {
+    match tag {
+        tags::ROWS
+        | tags::COLUMNS
+        | tags::SAMPLES_PER_PIXEL
+        | tags::BITS_ALLOCATED
+        | tags::BITS_STORED
+        | tags::HIGH_BIT
+        | tags::PIXEL_REPRESENTATION
+        | tags::PIXEL_PADDING_VALUE
+        | tags::PIXEL_PADDING_RANGE_LIMIT => VR::US,
+        tags::TEMPORAL_POSITION_INDEX => VR::UL,
+        _ => VR::LO,
+    }
+}
+
+/// A value as text, several of one with `\` between them.
+fn text(vr: VR, bytes: &[u8], big: bool, charset: Option<&SpecificCharacterSet>) -> String {
+    fn join<T: ToString>(numbers: impl Iterator<Item = T>) -> String {
+        numbers.map(|n| n.to_string()).collect::<Vec<_>>().join("\\")
+    }
+    match vr {
+        VR::US => join(decode::u16s(bytes, big)),
+        VR::SS => join(decode::i16s(bytes, big)),
+        VR::UL => join(decode::u32s(bytes, big)),
+        VR::SL => join(decode::i32s(bytes, big)),
+        VR::FL => join(decode::f32s(bytes, big)),
+        VR::FD => join(decode::f64s(bytes, big)),
+        _ => {
+            let coded = charset.and_then(|set| set.decode(bytes).ok());
+            // Latin-1 has a letter for each byte, as good a guess as any where nothing is said.
+            let text = coded.unwrap_or_else(|| bytes.iter().map(|&b| char::from(b)).collect());
+            text.trim_end_matches(['\0', ' ']).to_owned()
+        }
+    }
+}
+
+fn is_functional(tag: Tag) -> bool {
+    [tags::SHARED_FUNCTIONAL_GROUPS_SEQUENCE, tags::PER_FRAME_FUNCTIONAL_GROUPS_SEQUENCE].contains(&tag)
 }
 
 /// The functional groups that are read.
@@ -301,7 +390,7 @@ fn meta(head: &[u8]) -> Result<(String, u64), ReadError> {
     }
     // Files from before DICOM had a preamble say nothing: what follows the first tag tells whether types are spelled out.
     let spelled = head.get(at + 4..at + 6).is_some_and(|vr| vr.iter().all(u8::is_ascii_uppercase));
-    let unsaid = if spelled { "1.2.840.10008.1.2.1" } else { "1.2.840.10008.1.2" };
+    let unsaid = if spelled { "1.2.840.10008.1.2.1" } else { IMPLICIT };
     Ok((uid.unwrap_or_else(|| unsaid.to_owned()), at as u64))
 }
 
@@ -311,8 +400,11 @@ fn head(entry: &Entry, progress: &Progress) -> Result<Vec<u8>, ReadError> {
     Ok(head)
 }
 
-/// Whether a file begins as DICOM does, with a preamble or, in old files, without.
+/// Whether a file begins as DICOM does, with a preamble or, in old files, without: by an element of the meta information, or of the first that a
+/// data set has (up to the SOP Instance UID), whose type or length is plausible.
 pub fn is_dicom(head: &[u8]) -> bool {
-    const FIRST: [[u8; 4]; 6] = [[2, 0, 0, 0], [2, 0, 2, 0], [8, 0, 0, 0], [8, 0, 1, 0], [8, 0, 5, 0], [8, 0, 8, 0]];
-    head.get(128..132) == Some(b"DICM") || head.get(..4).is_some_and(|first| FIRST.iter().any(|f| f == first))
+    let Some(&[g, h, e, f, a, b, c, d]) = head.first_chunk() else { return false };
+    let is_first = h == 0 && f == 0 && (g == 2 && e <= 2 || g == 8 && e <= 0x18);
+    let is_short = u32::from_le_bytes([a, b, c, d]) <= 256 && a % 2 == 0;
+    head.get(128..132) == Some(b"DICM") || is_first && (is_short || VR::from_binary([a, b]).is_some())
 }

@@ -2,8 +2,10 @@
 
 use super::super::ReadError;
 use super::super::decode::SampleType;
-use super::super::part::{MOST_EXPANSION, check_expansion_to, read_all};
-use super::header::{Header, Pixels};
+use super::super::jpeg_2000;
+use super::super::part::{MOST_BLANK, MOST_EXPANSION, check_expansion_to, read_all};
+use super::header::{BIG_ENDIAN, Header, Pixels};
+use super::jpeg_lossless;
 use crate::Progress;
 use dicom_dictionary_std::tags;
 use std::io::Read;
@@ -32,12 +34,11 @@ enum Codec {
 }
 
 impl Codec {
-    /// Bytes that a byte unpacks to, at most. JPEG 2000 leaves what is blank out: OpenJPEG packs 4096² samples of 16 bits into 280 bytes, and
-    /// CharLS as JPEG-LS, which counts runs, into 636. The
-    /// others stay below deflate's ratio: JPEG spends at least a bit on a block of 64 samples.
+    /// Bytes that a byte unpacks to, at most. JPEG 2000 leaves what is blank out, and JPEG-LS counts runs. The others stay below deflate's ratio:
+    /// JPEG spends at least a bit on a block of 64 samples.
     fn most_expansion(self) -> u64 {
         match self {
-            Self::Jpeg2000 | Self::JpegLs => 1 << 17,
+            Self::Jpeg2000 | Self::JpegLs => MOST_BLANK,
             Self::Native | Self::Jpeg | Self::Rle => MOST_EXPANSION,
         }
     }
@@ -52,13 +53,14 @@ fn codec(header: &Header) -> Result<Codec, ReadError> {
         "1.2.840.10008.1.2.5" => Ok(Codec::Rle),
         uid => {
             let name = header.syntax.name();
-            let text = format!(
-                "its pixels are packed by {name} ({uid}), which is not read here; unpack it first, as with pydicom's Dataset.decompress()"
-            );
+            let text = format!("its pixels are packed by {name} ({uid}), which is not read here; {UNPACK}");
             Err(ReadError::Unsupported(text))
         }
     }
 }
+
+/// What to do with pixels that are not read.
+const UNPACK: &str = "unpack it first, as with pydicom's Dataset.decompress()";
 
 impl Storing {
     /// One sample of `bits` bits in 16.
@@ -141,7 +143,7 @@ impl Storing {
                 if there < wanted {
                     return Err(ReadError::Truncated { wanted: wanted as u128, there: there as u64 });
                 }
-                if header.syntax.uid() == "1.2.840.10008.1.2.2" {
+                if header.syntax.uid() == BIG_ENDIAN {
                     bytes.chunks_exact_mut(self.sample.bytes()).for_each(<[u8]>::reverse);
                 }
                 bytes
@@ -189,6 +191,22 @@ impl Storing {
 
     fn jpeg(&self, packed: &[u8]) -> Result<Vec<u8>, ReadError> {
         let damaged = |e: &dyn std::fmt::Display| ReadError::Damaged(format!("as JPEG, {e}"));
+        match jpeg_lossless::frame(packed) {
+            Some(frame) if frame.process == 0xc3 => {
+                self.same_size(frame.dims)?;
+                let n = self.sample.bytes();
+                if frame.bits > 8 * n as u32 {
+                    return Err(damaged(&format!("its samples of {} bits do not fit {n} bytes", frame.bits)));
+                }
+                let samples = jpeg_lossless::decode(packed, &frame)?;
+                return Ok(samples.into_iter().flat_map(|v| u64::from(v).to_le_bytes().into_iter().take(n)).collect());
+            }
+            Some(frame) if frame.bits > 8 => {
+                let text = format!("its pixels are JPEG with loss of {} bits, which is not read here; {UNPACK}", frame.bits);
+                return Err(ReadError::Unsupported(text));
+            }
+            _ => {}
+        }
         let mut decoder = jpeg_decoder::Decoder::new(packed);
         decoder.read_info().map_err(|e| damaged(&e))?;
         let info = decoder.info().ok_or_else(|| damaged(&"it has no header"))?;
@@ -203,17 +221,9 @@ impl Storing {
     }
 
     fn jpeg_2000(&self, packed: &[u8]) -> Result<Vec<u8>, ReadError> {
-        let damaged = |e: &dyn std::fmt::Display| ReadError::Damaged(format!("as JPEG 2000, {e}"));
-        let image = hayro_jpeg2000::Image::new(packed, &hayro_jpeg2000::DecodeSettings::default()).map_err(|e| damaged(&e))?;
-        self.same_size([image.width() as usize, image.height() as usize])?;
-        let depth = image.original_bit_depth();
-        let mut context = hayro_jpeg2000::DecoderContext::default();
-        let decoded = image.decode(&mut context).map_err(|e| damaged(&e))?;
-        let [component] = decoded.components() else { return Err(damaged(&"it holds colours")) };
-        // The decoder takes signed samples as unsigned ones around the middle of their range.
-        let offset = if is_signed_codestream(packed) { 1_i64 << (depth.clamp(1, 32) - 1) } else { 0 };
-        let n = self.sample.bytes();
-        Ok(component.samples().iter().flat_map(|&v| (v.round() as i64 - offset).to_le_bytes().into_iter().take(n)).collect())
+        // Where the file uses fewer bits than are coded, samples are held at the ends of those, or the highest would become the lowest.
+        let range = |head: &jpeg_2000::Head| (head.signed == self.signed).then(|| self.range());
+        jpeg_2000::decode(packed, self.sample.bytes(), range, |head| self.same_size(head.dims))
     }
 
     fn jpeg_ls(&self, packed: &[u8]) -> Result<Vec<u8>, ReadError> {
@@ -289,11 +299,4 @@ fn packed(header: &Header, offsets: &[u32], fragments: &[(u64, u32)], frame: usi
         header.open(at, progress)?.take(length.into()).read_to_end(&mut bytes)?;
     }
     Ok(bytes)
-}
-
-/// Whether the first component of a JPEG 2000 codestream is signed: the top bit of Ssiz, the 43rd byte of a codestream.
-fn is_signed_codestream(bytes: &[u8]) -> bool {
-    // A boxed file has its codestream later; SOC and SIZ begin it.
-    let begin = bytes.windows(4).position(|w| w == [0xff, 0x4f, 0xff, 0x51]);
-    begin.and_then(|b| bytes.get(b + 42)).is_some_and(|ssiz| ssiz & 0x80 != 0)
 }

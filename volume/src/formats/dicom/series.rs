@@ -3,6 +3,7 @@
 use super::super::entries::{Entry, in_folder, in_zip};
 use super::super::part::{head_of, in_file};
 use super::super::{Hints, ReadError, is_zip};
+use super::apart::{Scan, told_apart};
 use super::header::Header;
 use crate::Progress;
 use dicom_dictionary_std::tags;
@@ -29,6 +30,13 @@ impl std::fmt::Display for Series {
 
 /// The headers of the series that `path` names, or of the largest in it.
 pub fn read(path: &Path, hints: &Hints, progress: &Progress, warnings: &mut Vec<String>) -> Result<Vec<Header>, ReadError> {
+    // The list of a disc names its files; they are looked for.
+    let path = match path.parent() {
+        Some(folder) if path.file_name().is_some_and(|name| name.eq_ignore_ascii_case("DICOMDIR")) && path.is_file() => {
+            if folder == Path::new("") { Path::new(".") } else { folder }
+        }
+        _ => path,
+    };
     if !path.is_dir() && !is_zip(&head_of(path, 4)?.0) {
         return of_file(path, hints, progress, warnings);
     }
@@ -58,18 +66,20 @@ pub fn list(path: &Path, progress: &Progress) -> Result<Vec<Series>, ReadError> 
 /// The series that hold images, the largest first.
 fn all(path: &Path, progress: &Progress, warnings: &mut Vec<String>) -> Result<Vec<(Series, Vec<Header>)>, ReadError> {
     let entries = if path.is_dir() { in_folder(path, true, progress, warnings)? } else { in_zip(path, progress, warnings)? };
-    let images = |series: &[Header]| series.iter().filter(|h| h.pixels.is_some()).map(|h| h.images() as u64).sum::<u64>();
-    let mut all: Vec<Vec<Header>> = headers(entries, progress, warnings)?.into_values().filter(|s| images(s) > 0).collect();
-    // Equal sizes keep the order of their identifiers.
+    let images = |scan: &Scan| scan.headers.iter().filter(|h| h.pixels.is_some()).map(|h| h.images() as u64).sum::<u64>();
+    let scans = headers(entries, progress, warnings)?.into_values().flat_map(told_apart);
+    let mut all: Vec<Scan> = scans.filter(|s| images(s) > 0).collect();
+    // Equal sizes keep the order of their identifiers, and of what tells them apart.
     all.sort_by_key(|s| std::cmp::Reverse(images(s)));
-    let numbers: Vec<String> = all.iter().map(|s| s[0].text(tags::SERIES_NUMBER, 0).unwrap_or("0").to_owned()).collect();
+    let numbers: Vec<String> = all.iter().map(|s| s.headers[0].text(tags::SERIES_NUMBER, 0).unwrap_or("0").to_owned()).collect();
     let key = |n: usize| {
         let same = |end: usize| numbers[..end].iter().filter(|m| **m == numbers[n]).count();
         if same(numbers.len()) == 1 { numbers[n].clone() } else { format!("{}.{}", numbers[n], same(n + 1)) }
     };
-    let named = all.into_iter().enumerate().map(|(n, headers)| {
-        let description = headers[0].text(tags::SERIES_DESCRIPTION, 0).map(str::to_owned);
-        (Series { key: key(n), description, images: images(&headers) }, headers)
+    let named = all.into_iter().enumerate().map(|(n, scan)| {
+        let words = scan.headers[0].text(tags::SERIES_DESCRIPTION, 0).map(str::to_owned).into_iter().chain(scan.apart.iter().cloned());
+        let description = words.reduce(|a, b| format!("{a}, {b}"));
+        (Series { key: key(n), description, images: images(&scan) }, scan.headers)
     });
     Ok(named.collect())
 }
@@ -88,7 +98,14 @@ fn of_file(path: &Path, hints: &Hints, progress: &Progress, warnings: &mut Vec<S
         Some(folder) => in_folder(if folder == Path::new("") { Path::new(".") } else { folder }, false, progress, warnings)?,
         None => vec![entry],
     };
-    headers(entries, progress, warnings)?.remove(header.series()).ok_or(ReadError::NoImages)
+    let series = headers(entries, progress, warnings)?.remove(header.series()).ok_or(ReadError::NoImages)?;
+    let scans = told_apart(series);
+    if let [_, _, ..] = &scans[..] {
+        warnings.push(format!("its series holds {} scans, told apart by what they say; that of this file is read", scans.len()));
+    }
+    // Files of one folder, so that their names are enough.
+    let own = scans.into_iter().find(|scan| scan.headers.iter().any(|h| h.entry.file.file_name() == path.file_name()));
+    own.map(|scan| scan.headers).ok_or(ReadError::NoImages)
 }
 
 /// The headers of those entries that are DICOM, by series.

@@ -1,5 +1,6 @@
 //! Where the samples lie: sizes, spacings, space directions, units and the names of spaces.
 
+use super::super::units::unit_mm;
 use super::super::{Hints, NO_SPACING, ReadError};
 use super::header::Header;
 use crate::{Grid, GridError};
@@ -72,16 +73,8 @@ fn frame(header: &Header, warnings: &mut Vec<String>) -> Result<(DVec3, bool), R
 
 /// Millimetres in each of `count` units of a field; `None` when the file does not state them all.
 fn units_mm(header: &Header, field: &str, count: usize, warnings: &mut Vec<String>) -> Option<Vec<f64>> {
-    let mm = |unit: &str| match unit.trim() {
-        "mm" | "millimeter" | "millimetre" => Some(1.0),
-        "m" | "meter" | "metre" => Some(1e3),
-        "cm" => Some(10.0),
-        "um" | "µm" | "μm" | "micron" | "micrometer" | "micrometre" => Some(1e-3),
-        "nm" => Some(1e-6),
-        _ => None,
-    };
     let words = header.words(field)?;
-    let units: Option<Vec<f64>> = words.iter().map(|w| mm(w)).collect();
+    let units: Option<Vec<f64>> = words.iter().map(|w| unit_mm(w)).collect();
     let units = units.filter(|u| u.len() == count);
     if units.is_none() && words.iter().any(|w| !w.trim().is_empty()) {
         warnings.push(format!("the file's {field} {words:?} are not all lengths and are ignored"));

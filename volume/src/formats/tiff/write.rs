@@ -1,7 +1,7 @@
 //! Writing: a page for each slice, not packed, with ImageJ's description and, in a line of its own, the whole geometry.
 
 use super::super::write::{WriteError, lines, whole};
-use super::{IMAGEJ, TO_WORLD};
+use super::about::{IMAGEJ, TO_WORLD};
 use crate::{Progress, ReadSamples, Samples, Unit, Volume};
 use std::io::{self, Seek, Write};
 use std::path::Path;
