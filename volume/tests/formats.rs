@@ -490,7 +490,7 @@ fn forms_of_scanners_keep_their_own_samples() {
 fn files_come_in_folders_lists_and_with_more_behind() {
     // Fails if a disc's list, a folder above the folder, zeros behind a gzip, a sign of a size or a form of zeros keeps a sound scan from opening.
     let folder = Folder::new("wrapped");
-    let files = dicom_files(|k| Dicom::slice(k));
+    let files = dicom_files(Dicom::slice);
     let mut list = Dicom::slice(0).with((0x4, 0x1130), "CS", "DISC").without((0x7fe0, 0x10));
     list.elements.retain(|tag, _| tag.0 < 8);
     folder.put("disc/DICOMDIR", &list.bytes());
