@@ -198,6 +198,7 @@ fn question(error: &OpenError) -> Option<About> {
             Reduce::every(*smaller.first()?).map(|reduce| About::Preview(reduce, in_the_window(&error.to_string())))
         }
         ReadError::Uneven { usual_mm, gaps } => Some(About::Uneven(format!("Most are {usual_mm} mm apart, but {gaps}."))),
+        ReadError::Numbering(gaps) => Some(About::Uneven(format!("Their numbers have gaps: {gaps}."))),
         _ => None,
     }
 }
