@@ -1,6 +1,6 @@
 //! Jaws: the arch that teeth and bone follow, and plates bent along it.
 
-use crate::sdf::{around, catmull_rom};
+use crate::curves::{around, catmull_rom};
 use glam::{DVec2, DVec3};
 
 /// A line in the horizontal plane, left half: a part of a circle from the midline, and on along its tangent.

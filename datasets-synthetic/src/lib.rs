@@ -4,6 +4,7 @@ pub mod analytic;
 mod arch;
 mod bones;
 pub mod ct;
+mod curves;
 mod ovoid;
 mod random;
 mod sdf;

@@ -2,7 +2,7 @@
 //! JPEG 2000.
 
 mod beside;
-mod names;
+pub mod names;
 
 use super::decode::{Encoding, SampleType};
 use super::dicom::blend;
@@ -209,18 +209,6 @@ fn mixes(slices: &[(Entry, Kind)], numbers: &[u128], hints: &Hints, warnings: &m
     }
     warnings.push(format!("some of its numbers are missing ({list}); they are interpolated linearly to {count} slices"));
     Ok(mixes)
-}
-
-/// Whether the picture at `path` is one of a stack in its folder.
-pub fn is_one_of_many(path: &Path, progress: &Progress) -> Result<bool, ReadError> {
-    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let (text, numbers) = names::parts(&name);
-    let folder = path.parent().filter(|p| *p != Path::new("")).unwrap_or(Path::new("."));
-    if numbers.is_empty() {
-        return Ok(false);
-    }
-    let beside = in_folder(folder, false, progress, &mut vec![])?;
-    Ok(beside.iter().filter(|e| names::parts(&e.name).0 == text).count() > 1)
 }
 
 /// Of items that are of few sorts, the sort that most are of; the first of them where there are as many of another.

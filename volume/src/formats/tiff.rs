@@ -273,7 +273,7 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
     if found < all {
         warnings.push(format!("{} of {all} pages are not like the others and are left out", all - found));
     }
-    if found == 1 && contiguous.is_none() && super::pictures::is_one_of_many(path, progress)? {
+    if found == 1 && contiguous.is_none() && super::pictures::names::is_one_of_many(path, progress)? {
         let text = "it is one picture of a stack; name its folder to read the pictures there as slices";
         return Err(ReadError::Unsupported(text.into()));
     }

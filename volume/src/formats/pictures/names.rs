@@ -1,6 +1,10 @@
 //! Which of a folder's pictures are one stack, and whether some are missing, told from their names.
 
+use super::super::ReadError;
+use super::super::entries::in_folder;
+use crate::Progress;
 use std::collections::BTreeMap;
+use std::path::Path;
 
 /// Pictures of one stack.
 #[derive(Debug, PartialEq)]
@@ -9,6 +13,18 @@ pub struct Stack {
     pub members: Vec<usize>,
     /// The number of each; none where their names have none that counts slices.
     pub numbers: Vec<u128>,
+}
+
+/// Whether the picture at `path` is one of a stack in its folder.
+pub fn is_one_of_many(path: &Path, progress: &Progress) -> Result<bool, ReadError> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let (text, numbers) = parts(&name);
+    let folder = path.parent().filter(|p| *p != Path::new("")).unwrap_or(Path::new("."));
+    if numbers.is_empty() {
+        return Ok(false);
+    }
+    let beside = in_folder(folder, false, progress, &mut vec![])?;
+    Ok(beside.iter().filter(|e| parts(&e.name).0 == text).count() > 1)
 }
 
 /// A name's text with `#` for each number, and the numbers. Small and capital letters are the same.
