@@ -28,7 +28,7 @@ PICTURES = [
     ("B-spline, near", [A, "--reconstruction", "spline", *NEAR]),
 ]
 with tempfile.TemporaryDirectory() as folder:
-    command = ["montage", "-depth", "8", "-strip", "-background", "#12141a", "-fill", "white", "-pointsize", "15", "-geometry", "300x300+4+4", "-tile", "4x"]
+    command = ["montage", "-depth", "8", "-strip", "-colors", "255", "-background", "#12141a", "-fill", "white", "-pointsize", "15", "-geometry", "300x300+4+4", "-tile", "4x"]
     for n, (name, options) in enumerate(PICTURES):
         file = f"{folder}/{n}.png"
         view = [] if "--eye" in options else VIEW
