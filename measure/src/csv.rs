@@ -6,6 +6,7 @@
 use crate::export::Named;
 use crate::numbers::{at_most, significant};
 use crate::record::{Difference, DifferenceRay, Pair, VolumeRecord};
+use crate::uncertainty::Uncertainty;
 use bregma_field::Unit;
 
 /// What stands in every row: what was measured by, and when.
@@ -140,17 +141,9 @@ fn rows<'a>(d: &'a DifferenceRay, made: &'a Made) -> impl Iterator<Item = Cells>
     differences.chain(stretches).chain(ledger)
 }
 
-/// A pair's difference: of what stands in `volume` less what stands in `against`.
-fn of_difference(pair: &Pair, d: &Difference) -> Cells {
-    let numbers = |list: &[usize]| list.iter().map(usize::to_string).collect::<Vec<_>>().join("+");
-    let u = &d.uncertainty;
+/// A length's or a difference's ± and its parts.
+fn errors(u: &Uncertainty) -> Cells {
     vec![
-        ("kind", "difference".into()),
-        ("volume", pair.b.clone()),
-        ("segment", numbers(&d.b)),
-        ("against", pair.a.clone()),
-        ("against_segment", numbers(&d.a)),
-        ("difference_mm", mm(d.difference_mm)),
         ("error_mm", mm(u.error_mm)),
         ("root_error_mm", mm(u.root_error_mm)),
         ("threshold_error_mm", mm(u.threshold_error_mm)),
@@ -158,6 +151,19 @@ fn of_difference(pair: &Pair, d: &Difference) -> Cells {
         ("sampling_error_mm", mm(u.sampling_error_mm)),
         ("blur_error_mm", mm(u.blur_error_mm)),
         ("registration_error_mm", known(u.registration_error_mm)),
+    ]
+}
+
+/// A pair's difference: of what stands in `volume` less what stands in `against`.
+fn of_difference(pair: &Pair, d: &Difference) -> Cells {
+    let numbers = |list: &[usize]| list.iter().map(usize::to_string).collect::<Vec<_>>().join("+");
+    let cells = vec![
+        ("kind", "difference".into()),
+        ("volume", pair.b.clone()),
+        ("segment", numbers(&d.b)),
+        ("against", pair.a.clone()),
+        ("against_segment", numbers(&d.a)),
+        ("difference_mm", mm(d.difference_mm)),
         ("error_without", pair.without.unwrap_or_default().into()),
         ("from_shift_mm", known(d.from_shift.map(|s| s.shift_mm))),
         ("from_shift_error_mm", known(d.from_shift.map(|s| s.error_mm))),
@@ -166,7 +172,8 @@ fn of_difference(pair: &Pair, d: &Difference) -> Cells {
         ("partial", d.partial.to_string()),
         ("below_resolution", d.below_resolution.to_string()),
         ("united", d.united.to_string()),
-    ]
+    ];
+    cells.into_iter().chain(errors(&d.uncertainty)).collect()
 }
 
 fn alone(pair: &Pair) -> impl Iterator<Item = Cells> {
@@ -179,21 +186,13 @@ fn alone(pair: &Pair) -> impl Iterator<Item = Cells> {
 
 fn of_stretch(v: &VolumeRecord, n: usize, made: &Made) -> Cells {
     let s = &v.segments[n];
-    let u = &s.uncertainty;
-    vec![
+    let cells = vec![
         ("kind", "stretch".into()),
         ("volume", v.name.clone()),
         ("segment", (n + 1).to_string()),
         ("from_mm", mm(s.from_mm)),
         ("to_mm", mm(s.to_mm)),
         ("length_mm", mm(s.length_mm)),
-        ("error_mm", mm(u.error_mm)),
-        ("root_error_mm", mm(u.root_error_mm)),
-        ("threshold_error_mm", mm(u.threshold_error_mm)),
-        ("noise_error_mm", mm(u.noise_error_mm)),
-        ("sampling_error_mm", mm(u.sampling_error_mm)),
-        ("blur_error_mm", mm(u.blur_error_mm)),
-        ("registration_error_mm", known(u.registration_error_mm)),
         ("obliquity_from_deg", mm(s.obliquity_deg[0])),
         ("obliquity_to_deg", mm(s.obliquity_deg[1])),
         ("half_maximum_mm", known(s.half_maximum_mm)),
@@ -206,5 +205,6 @@ fn of_stretch(v: &VolumeRecord, n: usize, made: &Made) -> Cells {
         ("isovalue_tolerance", significant(v.iso_tolerance, 9)),
         ("isovalue_unit", if v.unit == Unit::Hounsfield { "HU" } else { "value" }.into()),
         ("file", made.files.get(v.index).cloned().unwrap_or_default()),
-    ]
+    ];
+    cells.into_iter().chain(errors(&s.uncertainty)).collect()
 }
