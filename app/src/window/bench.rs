@@ -12,9 +12,8 @@ use super::picture::painter::Painter;
 use super::picture::view::View;
 use super::recovery::{Kept, Recovery};
 use super::remembered::Remembered;
-use bregma_measure::DifferenceRay;
 use bregma_session::save::SaveError;
-use bregma_session::{Compare, Kind, Opened, Source};
+use bregma_session::{Compare, Kind, Measurement, Opened, Origin, Source};
 use egui::{Context, Id, Modal};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -100,9 +99,9 @@ impl Bench {
         self.asking.is_none()
     }
 
-    /// The difference rays that were found.
-    pub fn rays(&self) -> Vec<DifferenceRay> {
-        self.found.iter().map(|found| found.ray.clone()).collect()
+    /// What was measured, with what it was measured on.
+    pub fn records(&self) -> Vec<Measurement> {
+        self.work.records(self.found.iter().map(|found| &found.ray), Origin::of(&self.work.opened).as_ref())
     }
 
     /// Asks for files, unless something is asked already; then does `then` with them.
@@ -277,13 +276,17 @@ impl Bench {
     /// Keeps the work for the case that the program ends.
     pub fn keep(&mut self, ctx: &Context) {
         if self.found.len() != self.work.measured.rays.len() {
-            // What was cast is measured in the next frame.
-            ctx.request_repaint();
+            // What was cast in this frame.
+            self.measure();
+        }
+        if self.found.len() != self.work.measured.rays.len() {
+            // What cannot be measured was said, and what is kept stays.
             return;
         }
         let is_saved = self.document.is_saved(&self.work);
         let (work, found, file) = (&self.work, &self.found, self.document.file.as_deref());
-        let records = || work.plain_records(&found.iter().map(|found| found.ray.clone()).collect::<Vec<_>>());
+        // What it was measured on is left out: all samples would be read through for it.
+        let records = || work.records(found.iter().map(|found| &found.ray), None);
         self.recovery.keep(ctx, work, is_saved, file, records);
     }
 

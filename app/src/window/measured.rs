@@ -57,17 +57,8 @@ impl Work {
         same_scans(&a.volumes, &b.volumes) && same_scene() && self.measured.same(&other.measured)
     }
 
-    /// What was measured, with what it was measured on; `rays` are what its rays found.
-    pub fn records(&self, rays: &[DifferenceRay]) -> Vec<Measurement> {
-        self.named_records(rays, Origin::of(&self.opened).as_ref())
-    }
-
-    /// The same without what it was measured on, whose samples are read through for it.
-    pub fn plain_records(&self, rays: &[DifferenceRay]) -> Vec<Measurement> {
-        self.named_records(rays, None)
-    }
-
-    fn named_records(&self, rays: &[DifferenceRay], origin: Option<&Origin>) -> Vec<Measurement> {
+    /// What was measured, with what it was measured on, where that is given; `rays` are what its rays found.
+    pub fn records<'a>(&self, rays: impl Iterator<Item = &'a DifferenceRay>, origin: Option<&Origin>) -> Vec<Measurement> {
         let named = self.measured.rays.iter().zip(rays);
         named.map(|(named, ray)| Measurement::of_ray(ray, Some((&named.name, Some(named.color))), origin)).collect()
     }

@@ -181,9 +181,8 @@ impl Workstation {
     /// The tools beside the picture.
     fn tools_ui(&mut self, ui: &mut Ui) -> Option<&'static Command> {
         let command = |tool: Tool| Panels::commands().find(|command| command.name() == tool.text()[0]);
-        let keys = |tool| command(tool).map_or(String::new(), |command| command.keys_text(ui.ctx()));
-        let keys = Tool::ALL.map(|tool| (tool, keys(tool)));
-        let key = |tool| keys.iter().find(|(of, _)| *of == tool).map_or(String::new(), |(_, key)| key.clone());
+        let ctx = ui.ctx().clone();
+        let key = |tool| command(tool).map_or(String::new(), |command| command.keys_text(&ctx));
         tools::show(ui, self.bench.view.tool(), key).and_then(command)
     }
 

@@ -79,8 +79,7 @@ impl Bench {
 
     fn write_session(&mut self, ctx: &Context, file: PathBuf, next: Option<Next>) {
         let folder = file.parent().unwrap_or(Path::new(""));
-        let records = self.work.records(&self.rays());
-        match session(&self.work, folder, records).write(&file) {
+        match session(&self.work, folder, self.records()).write(&file) {
             Ok(()) => {
                 self.messages.note(format!("Saved {}", file.display()));
                 self.remembered.opened(std::slice::from_ref(&file));
