@@ -6,7 +6,7 @@ use crate::ray::Ray;
 use crate::store::{AnyBlock, Store};
 use crate::surface::Surface;
 use crate::with_block;
-use bregma_volume::{BRICK, IndexPoint, Sample};
+use bregma_volume::{BRICK, IndexPoint, Sample, WorldPoint};
 use glam::{DVec3, IVec3, USizeVec3};
 
 /// The samples around a cell. What is measured waits for them; those of a scan in memory are there.
@@ -83,6 +83,23 @@ pub fn smooth_normal(surface: &Surface, point: IndexPoint) -> Option<DVec3> {
     (surface.grid.world_to_index().matrix3.transpose() * (gradient * -f64::from(surface.sign))).try_normalize()
 }
 
+/// How far inside a surface a point of the world is, in sample units (negative outside), and how that changes per mm there; `None` outside the
+/// scan's box.
+pub fn depth_at(surface: &Surface, point: WorldPoint) -> Option<(f64, DVec3)> {
+    let IndexPoint(p) = surface.grid.index(point);
+    let cell = cell_of(surface, p)?;
+    let f = corners(surface, cell);
+    let local = p - cell.as_dvec3();
+    Some((value(&f, local), surface.grid.world_to_index().matrix3.transpose() * gradient(&f, local)))
+}
+
+/// The cell that a point of index space lies in; `None` outside the box.
+fn cell_of(surface: &Surface, p: DVec3) -> Option<USizeVec3> {
+    let last = USizeVec3::from(surface.grid.dims()).as_dvec3() - 1.0;
+    let is_outside = surface.grid.is_flat() || p.cmplt(DVec3::ZERO).any() || p.cmpgt(last).any();
+    (!is_outside).then(|| p.floor().min(last - 1.0).as_usizevec3())
+}
+
 /// The scan's value at `count` points of `ray` from `from_mm` to `to_mm`, both ends among them: pairs of mm and value. Points outside the scan
 /// are left out.
 pub fn profile(surface: &Surface, ray: &Ray, [from_mm, to_mm]: [f64; 2], count: usize) -> Vec<[f64; 2]> {
@@ -92,12 +109,8 @@ pub fn profile(surface: &Surface, ray: &Ray, [from_mm, to_mm]: [f64; 2], count: 
 
 /// The scan's value at a point of index space; `None` outside.
 fn value_at(surface: &Surface, IndexPoint(p): IndexPoint) -> Option<f64> {
-    let last = USizeVec3::from(surface.grid.dims()).as_dvec3() - 1.0;
-    if surface.grid.is_flat() || p.cmplt(DVec3::ZERO).any() || p.cmpgt(last).any() {
-        return None;
-    }
-    let cell = p.floor().min(last - 1.0);
-    Some(surface.volume.value_of(weighted(&samples(surface, cell.as_usizevec3()), p - cell)))
+    let cell = cell_of(surface, p)?;
+    Some(surface.volume.value_of(weighted(&samples(surface, cell), p - cell.as_dvec3())))
 }
 
 #[cfg(test)]
@@ -145,6 +158,8 @@ mod tests {
                 let normal = smooth_normal(&surface, IndexPoint(p)).unwrap();
                 assert!(normal.distance(-slope.normalize()) < 1e-14, "{p}: {normal}");
                 assert!((value_at(&surface, IndexPoint(p)).unwrap() - slope.dot(p)).abs() < 1e-12, "{p}");
+                let (depth, rise) = depth_at(&surface, WorldPoint(p)).unwrap();
+                assert!((depth - (slope.dot(p) - 20.0)).abs() < 1e-12 && rise.distance(slope) < 1e-12, "{p}: {depth}, {rise}");
             }
         }
         assert_eq!(value_at(&surface, IndexPoint(DVec3::new(18.1, 2.0, 2.0))), None);

@@ -16,8 +16,8 @@ mod surface;
 
 pub use bounds::Bounds;
 pub use bregma_volume::{
-    BRICK, Cancelled, Grid, GridError, Histogram, IndexPoint, Metadata, Otsu, Progress, RangeBricks, Raster, Registration, Sample, Samples,
-    Summary, TransformError, Unit, Volume, VolumeError, WorldPoint, formats, read_transform, replace_file,
+    BRICK, Cancelled, Covariance, Grid, GridError, Histogram, IndexPoint, Metadata, Otsu, Progress, RangeBricks, Raster, Registration, Sample, Samples,
+    Summary, TransformError, TransformForm, Unit, Volume, VolumeError, WorldPoint, formats, read_transform, replace_file, write_transform,
 };
 pub use clip::{Clip, Region, Shape};
 pub use ray::Ray;

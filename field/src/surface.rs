@@ -1,12 +1,12 @@
 //! An isosurface of a scan, where it lies in the world.
 
 use crate::clip::{Clip, Region};
-use bregma_volume::{Grid, GridError, Volume};
+use bregma_volume::{Covariance, Grid, GridError, Volume};
 use glam::DAffine3;
 use std::sync::Arc;
 
 /// What is measured of a volume: nothing of it is only a way of looking.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Measured {
     /// The isovalue, in the volume's values.
     pub iso: f64,
@@ -14,6 +14,8 @@ pub struct Measured {
     pub transform: DAffine3,
     /// Root mean square distance that the registration leaves between landmarks, mm, where it is known.
     pub residual_mm: Option<f64>,
+    /// How sure the registration is, where it is known; it counts in place of the residual.
+    pub covariance: Option<Covariance>,
     /// Whether it is measured at all.
     pub visible: bool,
 }

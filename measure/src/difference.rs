@@ -5,7 +5,7 @@
 //! do that are one bone in the other scan. All others are without partner.
 
 use crate::record::{Difference, Pair, Segment, Shift, VolumeRecord};
-use crate::uncertainty::{EndError, Ends, of_difference};
+use crate::uncertainty::{EndError, Ends, Registered, of_difference};
 
 /// The first volume against each later one.
 pub fn pairs(volumes: &[VolumeRecord]) -> Vec<Pair> {
@@ -18,9 +18,10 @@ const UNREGISTERED: &str = "the registration's error, which is not known";
 fn pair(all: &[VolumeRecord], volumes: [usize; 2]) -> Pair {
     let [a, b] = volumes.map(|n| &all[n]);
     // A scan that was not moved is where the others were moved to.
-    let is_known = |v: &VolumeRecord| v.residual_mm.is_some() || !v.is_moved;
-    let is_registered = is_known(a) && is_known(b) && (a.residual_mm.is_some() || b.residual_mm.is_some());
-    let residuals = [a, b].map(|v| v.residual_mm.filter(|_| is_registered));
+    let [of_a, of_b] = [a, b].map(VolumeRecord::registered);
+    let is_known = |v: &VolumeRecord| v.registered().is_known() || !v.is_moved;
+    let is_registered = is_known(a) && is_known(b) && (of_a.is_known() || of_b.is_known());
+    let registered = [of_a, of_b].map(|known| if is_registered { known } else { Registered::default() });
     let (groups, [only_a, only_b]) = belonging(&a.segments, &b.segments);
     let numbers = |group: &[usize]| group.iter().map(|n| n + 1).collect::<Vec<_>>();
     Pair {
@@ -32,7 +33,7 @@ fn pair(all: &[VolumeRecord], volumes: [usize; 2]) -> Pair {
             .iter()
             .map(|[of_a, of_b]| {
                 let stretches = [(a, of_a), (b, of_b)].map(|(v, group)| group.iter().map(|n| v.segments[*n]).collect::<Vec<_>>());
-                Difference { a: numbers(of_a), b: numbers(of_b), ..difference(&stretches, residuals) }
+                Difference { a: numbers(of_a), b: numbers(of_b), ..difference(&stretches, registered) }
             })
             .collect(),
         only_a: numbers(&only_a),
@@ -83,9 +84,9 @@ fn belonging(a: &[Segment], b: &[Segment]) -> (Vec<Group>, Group) {
 }
 
 /// The difference of two lists of stretches that belong together; neither is empty.
-fn difference(stretches: &[Vec<Segment>; 2], residuals: [Option<f64>; 2]) -> Difference {
+fn difference(stretches: &[Vec<Segment>; 2], registered: [Registered<'_>; 2]) -> Difference {
     let error = |ends: [&[EndError]; 2]| {
-        of_difference([Ends { of: ends[0], residual_mm: residuals[0] }, Ends { of: ends[1], residual_mm: residuals[1] }])
+        of_difference([Ends { of: ends[0], registered: registered[0] }, Ends { of: ends[1], registered: registered[1] }])
     };
     let [length_a, length_b] = stretches.each_ref().map(|list| list.iter().map(|s| s.length_mm).sum::<f64>());
     let ends = stretches.each_ref().map(|list| list.iter().flat_map(|s| s.ends).collect::<Vec<EndError>>());
@@ -160,7 +161,7 @@ mod tests {
         let (a, b) = (stretches(&[[0.0, 3.0], [4.0, 6.0]]), stretches(&[[0.5, 6.5]]));
         assert_eq!(belonging(&a, &b), (vec![[vec![0, 1], vec![0]]], [vec![], vec![]]));
         assert_eq!(belonging(&b, &a), (vec![[vec![0], vec![0, 1]]], [vec![], vec![]]));
-        let d = difference(&[a, b], [None; 2]);
+        let d = difference(&[a, b], [Registered::default(); 2]);
         assert!(d.united && d.difference_mm == 1.0, "{d:?}");
     }
 }

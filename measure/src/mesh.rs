@@ -54,7 +54,7 @@ impl Mesh {
         }
         let found = |k: usize| -> Result<_, Cancelled> {
             progress.advance(1)?;
-            let cells: Vec<[usize; 3]> = passed(surface, k).collect();
+            let cells = passed(surface, k);
             let points: Vec<DVec3> = cells.iter().map(|cell| point_in(surface, *cell)).collect();
             Ok((cells.iter().map(|[i, j, _]| (j * (nx - 1) + i) as u32).collect::<Vec<_>>(), points))
         };
@@ -136,7 +136,7 @@ fn inside<T: Sample>(surface: &Surface, sample: T) -> bool {
 }
 
 /// The cells of layer k that the surface passes, in order.
-fn passed(surface: &Surface, k: usize) -> impl Iterator<Item = [usize; 3]> {
+pub fn passed(surface: &Surface, k: usize) -> Vec<[usize; 3]> {
     let [nx, ny, _] = surface.grid.dims();
     let mut cells = vec![];
     with_block!(Store::of(&surface.volume).whole(), block => {
@@ -153,14 +153,14 @@ fn passed(surface: &Surface, k: usize) -> impl Iterator<Item = [usize; 3]> {
             }
         }
     });
-    cells.into_iter()
+    cells
 }
 
 /// Halvings until a point lies on the surface: as many as float64 has digits.
 const HALVINGS: usize = 52;
 
 /// The point of the surface in a cell that it passes, in index space: on the line from the middle of its outer to that of its inner corners.
-fn point_in(surface: &Surface, cell: [usize; 3]) -> DVec3 {
+pub fn point_in(surface: &Surface, cell: [usize; 3]) -> DVec3 {
     let cell = USizeVec3::from(cell);
     let f = corners(surface, cell);
     let corner = |c: usize| DVec3::new((c & 1) as f64, (c >> 1 & 1) as f64, (c >> 2) as f64);

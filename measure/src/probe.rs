@@ -5,7 +5,7 @@ use crate::difference::pairs;
 use crate::edge::{Edge, spacing_along_mm};
 use crate::record::{CrossingRecord, DifferenceRay, LedgerEntry, Meets, RayRecord, Segment, VolumeRecord};
 use crate::threshold::unlike_thresholds;
-use crate::uncertainty::{self, End, Ends};
+use crate::uncertainty::{self, End, Ends, Registered};
 use bregma_field::crossings::{self, Crossing, Kind};
 use bregma_field::{Clip, GridError, Measured, Ray, Surface, Unit, Volume};
 use glam::DAffine3;
@@ -33,7 +33,7 @@ pub fn iso_tolerance(volume: &Volume) -> f64 {
 /// use std::sync::Arc;
 ///
 /// let volumes = [Arc::new(skull(Which::A, 48, &Default::default())?)];
-/// let bone = Measured { iso: 226.0, transform: DAffine3::IDENTITY, residual_mm: None, visible: true };
+/// let bone = Measured { iso: 226.0, transform: DAffine3::IDENTITY, residual_mm: None, covariance: None, visible: true };
 /// // From anterior through the frontal bone.
 /// let ray = Ray::new(WorldPoint(DVec3::new(0.0, -150.0, 40.0)), DVec3::Y).expect("that is a direction");
 /// let found = bregma_measure::probe(&volumes, [bone], &ray)?;
@@ -126,6 +126,7 @@ fn record(whole: &Surface, left: Option<&Surface>, measured: &Measured, ray: &Ra
         crossings: crossings.iter().map(|c| crossing_record(surface, iso_tolerance, c)).collect(),
         index: 0,
         residual_mm: measured.residual_mm,
+        covariance: measured.covariance.clone(),
         is_moved: measured.transform != DAffine3::IDENTITY,
     }
 }
@@ -167,6 +168,7 @@ fn segments(surface: &Surface, measured: &Measured, ray: &Ray, crossings: &[Cros
         let edge = || Edge::at(surface, crossings::world(surface, crossing).0, crossing.normal, beside(wall), beside(gap));
         End { crossing, edge: if cut { None } else { edge() }, reach_mm: half_mm(wall).min(half_mm(gap)) }
     };
+    let registered = Registered { residual_mm: measured.residual_mm, covariance: measured.covariance.as_ref() };
     let segment = |n: usize| {
         let [enter, exit] = [end(2 * n), end(2 * n + 1)];
         let length_mm = exit.crossing.t_mm - enter.crossing.t_mm;
@@ -178,7 +180,7 @@ fn segments(surface: &Surface, measured: &Measured, ray: &Ray, crossings: &[Cros
             from_mm: enter.crossing.t_mm,
             to_mm: exit.crossing.t_mm,
             length_mm,
-            uncertainty: uncertainty::of_length(Ends { of: &ends, residual_mm: measured.residual_mm }),
+            uncertainty: uncertainty::of_length(Ends { of: &ends, registered }),
             obliquity_deg,
             half_maximum_mm: half_maximum_mm(surface, ray, [enter, exit]),
             resolution_mm,

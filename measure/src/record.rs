@@ -1,7 +1,7 @@
 //! What a difference ray found, as it is written down.
 
-use crate::uncertainty::{EndError, Uncertainty};
-use bregma_field::Unit;
+use crate::uncertainty::{EndError, Registered, Uncertainty};
+use bregma_field::{Covariance, Unit};
 use bregma_field::crossings::Kind;
 use serde::Serialize;
 
@@ -57,7 +57,16 @@ pub struct VolumeRecord {
     #[serde(skip)]
     pub(crate) residual_mm: Option<f64>,
     #[serde(skip)]
+    pub(crate) covariance: Option<Covariance>,
+    #[serde(skip)]
     pub(crate) is_moved: bool,
+}
+
+impl VolumeRecord {
+    /// What is known of how far its registration is off.
+    pub(crate) fn registered(&self) -> Registered<'_> {
+        Registered { residual_mm: self.residual_mm, covariance: self.covariance.as_ref() }
+    }
 }
 
 /// What a ray meets in a volume.

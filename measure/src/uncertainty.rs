@@ -7,7 +7,7 @@
 use crate::edge::{Edge, spacing_along_mm};
 use bregma_field::crossings::Crossing;
 use bregma_field::interpolant::weighted;
-use bregma_field::{Ray, Surface};
+use bregma_field::{Covariance, Ray, Surface};
 use glam::DVec3;
 use serde::Serialize;
 use std::f64::consts::PI;
@@ -27,7 +27,8 @@ pub struct Uncertainty {
     pub sampling_error_mm: f64,
     /// Shift of both ends by blur: toward the hollow side of a curved boundary, and into a wall whose other side is near.
     pub blur_error_mm: f64,
-    /// Residual of the volume's registration: as far as moving the ray sideways by it changes the length; null where it is not known.
+    /// The volume's registration: as far as moving the scan by its covariance, or by its residual, changes the length; null where neither is
+    /// known, and infinite (null in JSON) where a motion that it left undetermined changes it.
     pub registration_error_mm: Option<f64>,
     /// Total.
     pub error_mm: f64,
@@ -129,6 +130,8 @@ pub struct EndError {
     blur_mm: f64,
     /// How far it moves into the bone for each mm that the scan moves. The ray's own origin stays.
     moved: DVec3,
+    /// That about the world's origin: its place × `moved`.
+    turned_mm: DVec3,
 }
 
 /// What is known of both ends of a stretch of `surface` along `ray`, at the isovalue `iso` with its `tolerance` (values).
@@ -139,7 +142,8 @@ pub fn of_ends(surface: &Surface, iso: f64, tolerance: f64, ray: &Ray, ends: [En
     let of_end = |end: &End<'_>, into: f64| {
         // Moving the scan by v moves an end by v·n/(n·d).
         let moved = if end.crossing.at_origin { DVec3::ZERO } else { into * end.normal() / end.normal().dot(ray.direction) };
-        let at_cut = EndError { root_mm: end.crossing.error_mm, moved, ..EndError::default() };
+        let turned_mm = ray.at(end.crossing.t_mm).0.cross(moved);
+        let at_cut = EndError { root_mm: end.crossing.error_mm, moved, turned_mm, ..EndError::default() };
         if !end.is_boundary() {
             return at_cut;
         }
@@ -155,18 +159,44 @@ pub fn of_ends(surface: &Surface, iso: f64, tolerance: f64, ray: &Ray, ends: [En
     [of_end(&ends[0], 1.0), of_end(&ends[1], -1.0)]
 }
 
-/// Ends of one scan whose errors are added, and the residual of its registration (root mean square over landmarks, mm), where that is known.
+/// What is known of how far a scan's registration is off.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Registered<'a> {
+    /// The residual that it leaves between landmarks, root mean square, mm.
+    pub residual_mm: Option<f64>,
+    /// Its covariance, which counts in place of the residual.
+    pub covariance: Option<&'a Covariance>,
+}
+
+impl Registered<'_> {
+    /// Anything.
+    pub fn is_known(self) -> bool {
+        self.residual_mm.is_some() || self.covariance.is_some()
+    }
+
+    /// Standard deviation of what it adds to a sum of ends, mm.
+    fn deviation_mm(self, ends: &[EndError]) -> f64 {
+        let moved: DVec3 = ends.iter().map(|end| end.moved).sum();
+        match self.covariance {
+            Some(covariance) => covariance.variance(moved, ends.iter().map(|end| end.turned_mm).sum()).sqrt(),
+            // A third of the residual's square lies along any one direction.
+            None => moved.length() * self.residual_mm.unwrap_or(0.0) / 3.0_f64.sqrt(),
+        }
+    }
+}
+
+/// Ends of one scan whose errors are added, and what is known of its registration.
 #[derive(Clone, Copy, Debug)]
 pub struct Ends<'a> {
     /// The ends.
     pub of: &'a [EndError],
-    /// The residual.
-    pub residual_mm: Option<f64>,
+    /// The registration.
+    pub registered: Registered<'a>,
 }
 
 /// The uncertainty of what is measured between ends of one scan: a length between two, or the bone in several stretches.
 pub fn of_length(ends: Ends<'_>) -> Uncertainty {
-    of_difference([Ends { of: &[], residual_mm: None }, ends])
+    of_difference([Ends { of: &[], registered: Registered::default() }, ends])
 }
 
 /// The uncertainty of how much larger the second scan's length is than the first's, or of how far its end lies behind the first's.
@@ -183,12 +213,8 @@ pub fn of_difference(scans: [Ends<'_>; 2]) -> Uncertainty {
     let sampling = all().map(|end| end.sampling_mm.powi(2)).sum::<f64>().sqrt();
     let [first, second] = scans.map(|scan| scan.of.iter().map(|end| end.blur_mm).sum::<f64>());
     let blur_error_mm = (second - first).abs();
-    // A third of the residual's square lies along any one direction.
-    let registered = |scan: Ends<'_>| {
-        let moved: DVec3 = scan.of.iter().map(|end| end.moved).sum();
-        moved.length() * scan.residual_mm.unwrap_or(0.0) / 3.0_f64.sqrt()
-    };
-    let is_registered = scans.iter().any(|scan| scan.residual_mm.is_some());
+    let registered = |scan: Ends<'_>| scan.registered.deviation_mm(scan.of);
+    let is_registered = scans.iter().any(|scan| scan.registered.is_known());
     let registration_error_mm = is_registered.then(|| IN_95_OF_100 * of_both(&registered));
     let (noise_error_mm, sampling_error_mm) = (IN_95_OF_100 * noise, IN_95_OF_100 * sampling);
     let parts = [root_error_mm, threshold_error_mm, noise_error_mm, sampling_error_mm, registration_error_mm.unwrap_or(0.0)];

@@ -5,7 +5,7 @@ use crate::modes::{Gather, Mode, Setting};
 use crate::named;
 use crate::roots::{Method, Solver};
 use crate::transfer::{Control, TransferFunction, lowest_visible};
-use bregma_field::{Bounds, Clip, GridError, Measured, Surface, Volume};
+use bregma_field::{Bounds, Clip, Covariance, GridError, Measured, Surface, Volume};
 use glam::{DAffine3, DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -200,6 +200,9 @@ pub struct Layer {
     /// Root mean square distance that the registration leaves between landmarks, mm, where it is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub residual_mm: Option<f64>,
+    /// How sure the registration is, where it is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub covariance: Option<Covariance>,
 }
 
 /// Bone ivory, then cyan and magenta, so that the first two volumes of a comparison are told apart by anyone, and in grey; then amber.
@@ -220,6 +223,7 @@ impl Layer {
             visible: true,
             transform: DAffine3::IDENTITY,
             residual_mm: None,
+            covariance: None,
         }
     }
 }
@@ -233,7 +237,7 @@ impl Layer {
 
 impl From<&Layer> for Measured {
     fn from(layer: &Layer) -> Self {
-        Self { iso: layer.iso, transform: layer.transform, residual_mm: layer.residual_mm, visible: layer.visible }
+        Self { iso: layer.iso, transform: layer.transform, residual_mm: layer.residual_mm, covariance: layer.covariance.clone(), visible: layer.visible }
     }
 }
 

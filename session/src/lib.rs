@@ -14,6 +14,7 @@ mod opened;
 pub mod output;
 pub mod presets;
 pub mod record;
+pub mod register;
 pub mod save;
 mod session_file;
 mod source;

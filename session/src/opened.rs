@@ -201,8 +201,9 @@ impl Opened {
     }
 
     fn registered(&mut self, n: usize, file: &Path) -> Result<(), InputError> {
-        let Registration { transform, residual_mm } = self.registration(n, file)?;
-        (self.scene.layers[n].transform, self.scene.layers[n].residual_mm) = (transform, residual_mm);
+        let Registration { transform, residual_mm, covariance } = self.registration(n, file)?;
+        let layer = &mut self.scene.layers[n];
+        (layer.transform, layer.residual_mm, layer.covariance) = (transform, residual_mm, covariance);
         Ok(())
     }
 

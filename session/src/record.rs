@@ -189,7 +189,8 @@ impl Verifier {
     }
 }
 
-fn open(origin: &Origin, folder: &Path) -> Result<Opened, VerifyError> {
+/// The scans that something was made from, with their isovalues; a file is where it was, or in `folder`. Fails if one is another scan now.
+pub(crate) fn open(origin: &Origin, folder: &Path) -> Result<Opened, VerifyError> {
     let beside = |scan: &MeasuredScan| Source { file: found(&scan.source.file, folder), ..scan.source.clone() };
     let sources: Vec<Source> = origin.scans.iter().map(beside).collect();
     let opened = Opened::read(&sources, &Progress::default())?;

@@ -19,7 +19,7 @@ pub use grid::{Grid, GridError, IndexPoint, WorldPoint};
 pub use histogram::{Histogram, Otsu};
 pub use progress::{Cancelled, Progress};
 pub use ranges::{BRICK, RangeBricks};
-pub use registration::{Registration, TransformError, read_transform};
+pub use registration::{Covariance, Registration, TransformError, TransformForm, read_transform, write_transform};
 pub use replace::replace_file;
 pub use samples::{Sample, Samples};
 pub use summary::{ScaleError, Summary, Unit};

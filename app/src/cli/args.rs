@@ -4,6 +4,7 @@ use super::look::LookArgs;
 use super::parsers::{Background, background, ball, field_of_view, number, one_of, pair, point, positive, size, solver};
 use super::sources::Sources;
 use bregma_renderer::{Mode, Solver};
+use bregma_session::register::By;
 use bregma_session::thickness::ThicknessMethod;
 use bregma_session::thickness_picture::Colors;
 use bregma_session::{Compare, DEMO_SIZE, Machine};
@@ -79,6 +80,11 @@ pub enum Command {
         after_help = "Examples:\n  bregma thickness skull.nrrd --iso 300 --out thickness\n  bregma thickness skull.nrrd --method sphere --range 0,12 --orbit 90,10 --out thickness\n  bregma thickness skull.nrrd --method ray --direction 0,0,-1 --patch 3,-80,60,25 --out vertex"
     )]
     Thickness(ThicknessArgs),
+    /// Move one scan onto another, and say how sure that is
+    #[command(
+        after_help = "The first scan is moved onto the second. The name of OUT says the form: .json (with how sure it is, and what it was made from, for `bregma verify`), .tfm or .txt (ITK, 3D Slicer).\n\nExamples:\n  bregma register a.nii.gz b.nii.gz --out a-to-b.json\n  bregma register a.nii.gz b.nii.gz --landmarks a.mrk.json b.mrk.json --by landmarks --out a-to-b.tfm\n  bregma register a.nrrd b.nrrd --only 0,-80,40,60 --out face.json"
+    )]
+    Register(Box<RegisterArgs>),
     /// Failure rates of every solver over the hard families: stability.csv, stability.md
     #[command(after_help = "Example:\n  bregma stability --out stability")]
     Stability(StabilityArgs),
@@ -248,6 +254,44 @@ pub struct VerifyArgs {
     /// Tell also those that hold
     #[arg(long)]
     pub all: bool,
+}
+
+/// `bregma register`.
+#[derive(Debug, Args)]
+pub struct RegisterArgs {
+    /// The scan that is moved, and the one that stays.
+    #[command(flatten)]
+    pub sources: Sources<2>,
+    /// Isovalues.
+    #[command(flatten)]
+    pub isovalues: Isovalues,
+    /// The registration
+    #[arg(long, value_name = "OUT")]
+    pub out: PathBuf,
+    /// By what: points of the same names, or surfaces
+    #[arg(long, value_parser = one_of::<By>(), default_value = "surfaces")]
+    pub by: By,
+    /// Landmarks of the moved scan and of the other; surfaces begin where they lead
+    #[arg(long, num_args = 2, value_names = ["MOVED", "STAYS"])]
+    pub landmarks: Vec<PathBuf>,
+    /// Landmarks that take no part
+    #[arg(long, value_name = "NAME")]
+    pub leave_out: Vec<String>,
+    /// Let landmarks change the size, too
+    #[arg(long, conflicts_with = "affine")]
+    pub similarity: bool,
+    /// Let landmarks stretch and shear, too
+    #[arg(long)]
+    pub affine: bool,
+    /// Only the surface within a ball of the scan that stays: centre and radius, mm; several are united
+    #[arg(long, value_name = "X,Y,Z,R", value_parser = ball, allow_hyphen_values = true)]
+    pub only: Vec<(DVec3, f64)>,
+    /// Without the surface within a ball of the scan that stays
+    #[arg(long, value_name = "X,Y,Z,R", value_parser = ball, allow_hyphen_values = true)]
+    pub but: Vec<(DVec3, f64)>,
+    /// Look for the pose of surfaces anywhere, not first where the files put the scans
+    #[arg(long)]
+    pub anywhere: bool,
 }
 
 /// `bregma thickness`.

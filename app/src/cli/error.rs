@@ -9,6 +9,7 @@ use bregma_session::chart::ChartError;
 use bregma_session::output::{FolderError, OutputError};
 use bregma_session::presets::PresetError;
 use bregma_session::record::{RecordError, VerifyError};
+use bregma_session::register::RegisterError;
 use std::io;
 use std::path::PathBuf;
 use thiserror::Error;
@@ -68,6 +69,9 @@ pub enum CommandError {
         /// What went wrong.
         reason: Box<dyn std::error::Error>,
     },
+    /// A registration.
+    #[error(transparent)]
+    Register(#[from] RegisterError),
     /// A file of measurements that cannot be used.
     #[error(transparent)]
     Record(#[from] RecordError),
@@ -86,6 +90,14 @@ pub enum CommandError {
         lost: usize,
         /// All that were recorded.
         all: usize,
+    },
+    /// Registrations that are others now.
+    #[error("{moved} of {made} registrations do not hold; register again")]
+    Moved {
+        /// Those that differ.
+        moved: usize,
+        /// All that were recorded.
+        made: usize,
     },
     /// Wrong usage that only shows once the scans are known; status 2.
     #[error("{0}")]

@@ -2,15 +2,19 @@
 
 use crate::cli::args::VerifyArgs;
 use crate::cli::error::CommandError;
-use crate::cli::terminal::{print, warn};
+use crate::cli::terminal::{print, warn, with_progress};
 use bregma_measure::numbers::fixed;
 use bregma_session::record::{Verdict, Verifier, read};
-use std::path::Path;
+use bregma_session::register::{SAME_POSE_MM, again};
+use bregma_session::{Kind, Source};
+use std::path::{Path, PathBuf};
 
 /// Measures everything that the files record again, and says which lengths still hold. Fails if one does not.
 pub fn verify(args: &VerifyArgs) -> Result<(), CommandError> {
     let (mut held, mut all, mut text) = (0, 0, String::new());
-    for file in &args.files {
+    let (registrations, files): (Vec<&PathBuf>, Vec<&PathBuf>) = args.files.iter().partition(|file| is_registration(file));
+    let (moved, made) = verify_registrations(&registrations, &mut text)?;
+    for file in files {
         let mut verifier = Verifier::default();
         for (n, record) in read(file)?.iter().enumerate() {
             let folder = file.parent().unwrap_or(Path::new(""));
@@ -31,6 +35,36 @@ pub fn verify(args: &VerifyArgs) -> Result<(), CommandError> {
             }
         }
     }
-    print(&format!("{text}{held} of {all} lengths hold\n"))?;
+    if made > 0 {
+        text += &format!("{} of {made} registrations hold\n", made - moved);
+    }
+    if made == 0 || all > 0 {
+        text += &format!("{held} of {all} lengths hold\n");
+    }
+    print(&text)?;
+    if moved > 0 {
+        return Err(CommandError::Moved { moved, made });
+    }
     if held == all { Ok(()) } else { Err(CommandError::Lost { lost: all - held, all }) }
+}
+
+fn is_registration(file: &Path) -> bool {
+    Kind::of(&Source { file: file.to_owned(), ..Source::default() }) == Kind::Registration
+}
+
+/// Makes registrations again: how many are others now, of how many.
+fn verify_registrations(files: &[&PathBuf], text: &mut String) -> Result<(usize, usize), CommandError> {
+    let (mut moved, mut made) = (0, 0);
+    for file in files {
+        let (found, unknown) = with_progress("registering", |progress| again(file, progress))?;
+        warn(&unknown.iter().map(|what| format!("{}: {what} does not say how it was made, and cannot be made again", file.display())).collect::<Vec<_>>());
+        for pose in found {
+            made += 1;
+            if pose.off_mm > SAME_POSE_MM {
+                moved += 1;
+                *text += &format!("{}: is another pose now, by up to {} mm\n", pose.what, fixed(pose.off_mm, 6));
+            }
+        }
+    }
+    Ok((moved, made))
 }

@@ -1,6 +1,13 @@
-//! Registration: rigid and affine transforms of the world (LPS mm) from the files that other programs write.
+//! Registration: rigid and affine transforms of the world (LPS mm), read from the files that other programs write, and written.
+
+mod covariance;
+mod write;
+
+pub use covariance::Covariance;
+pub use write::{TransformForm, write_transform};
 
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
+use serde::Deserialize;
 use serde_json::Value;
 use std::path::Path;
 use thiserror::Error;
@@ -14,12 +21,21 @@ pub struct TransformError {
 }
 
 /// How a scan is moved onto another.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Registration {
     /// World to world, mm.
     pub transform: DAffine3,
     /// Root mean square distance that it leaves between landmarks, mm, where the file says (`rms_mm` in JSON).
     pub residual_mm: Option<f64>,
+    /// How sure it is, where the file says (`covariance` in JSON).
+    pub covariance: Option<Covariance>,
+}
+
+impl Registration {
+    /// One of which nothing more is known.
+    pub fn of(transform: DAffine3) -> Self {
+        Self { transform, residual_mm: None, covariance: None }
+    }
 }
 
 /// Reads the registration that moves the volume called `moving` onto one of those called `fixed`, from
@@ -35,7 +51,7 @@ pub fn read_transform(path: &Path, moving: &str, fixed: &[&str]) -> Result<Regis
     let fail = |reason: String| TransformError { file: file.display().to_string(), reason };
     let text = std::fs::read_to_string(file).map_err(|e| fail(format!("cannot be read ({e}); check the name and permissions")))?;
     let registration = if text.trim_start().starts_with("#Insight Transform File") {
-        itk(&text).map(|t| Registration { transform: t.inverse(), residual_mm: None })
+        itk(&text).map(|t| Registration::of(t.inverse()))
     } else {
         match serde_json::from_str::<Value>(&text) {
             Ok(value) => json(&value, moving, fixed, pair),
@@ -43,9 +59,12 @@ pub fn read_transform(path: &Path, moving: &str, fixed: &[&str]) -> Result<Regis
         }
     };
     let registration = registration.map_err(fail)?;
-    let Registration { transform, residual_mm } = registration;
+    let Registration { transform, residual_mm, covariance } = &registration;
     if residual_mm.is_some_and(|mm| !(mm.is_finite() && mm >= 0.0)) {
         return Err(fail("has an rms_mm that is no distance; correct it".into()));
+    }
+    if covariance.as_ref().is_some_and(|c| !c.is_sound()) {
+        return Err(fail("has a covariance that is none (six rows, symmetric, no negative variance); register again".into()));
     }
     if !transform.is_finite() || transform.matrix3.determinant() == 0.0 {
         return Err(fail("holds a transform that cannot be inverted; register again".into()));
@@ -79,14 +98,15 @@ fn json(value: &Value, moving: &str, fixed: &[&str], pair: Option<&str>) -> Resu
             return Err("has R and t, but not of 9 and 3 numbers".into());
         };
         let transform = DAffine3::from_mat3_translation(DMat3::from_cols_array(&r).transpose(), DVec3::from(t));
-        return Ok(Registration { transform, residual_mm: value.get("rms_mm").and_then(Value::as_f64) });
+        let covariance = value.get("covariance").map(|c| Covariance::deserialize(c).map_err(|e| format!("has a covariance that cannot be read ({e})")));
+        return Ok(Registration { transform, residual_mm: value.get("rms_mm").and_then(Value::as_f64), covariance: covariance.transpose()? });
     }
     let rows: Option<[f64; 16]> = numbers(value).and_then(|n| n.try_into().ok());
     let matrix = DMat4::from_cols_array(&rows.ok_or("holds neither a 4×4 matrix nor R and t")?).transpose();
     if matrix.row(3) != glam::DVec4::W {
         return Err("holds a 4×4 matrix whose last row is not 0 0 0 1; give the rows in order".into());
     }
-    Ok(Registration { transform: DAffine3::from_mat4(matrix), residual_mm: None })
+    Ok(Registration::of(DAffine3::from_mat4(matrix)))
 }
 
 fn itk(text: &str) -> Result<DAffine3, String> {

@@ -1,0 +1,315 @@
+//! One scan moved onto another: what is asked for, what came of it, and the file that keeps both.
+
+use crate::measurement::{MeasuredScan, Origin};
+use crate::opened::Opened;
+use crate::record::{VerifyError, open as open_again};
+use bregma_field::{Cancelled, Covariance, GridError, Progress, Registration, Surface, TransformError, write_transform};
+use bregma_measure::landmarks::Landmark;
+use bregma_measure::numbers::{fixed, significant};
+use bregma_register::anywhere::{self, Found, LIKELY};
+use bregma_register::cloud::Cloud;
+use bregma_register::landmarks::{self, Freedom, LandmarkFitError, Paired};
+use bregma_register::surfaces::Pair;
+use bregma_register::{Parts, sureness};
+use bregma_renderer::named;
+use glam::{DAffine3, DVec3};
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value, json};
+use std::path::Path;
+use thiserror::Error;
+
+named! {
+    /// By what two scans are brought together.
+    #[derive(Default)]
+    pub enum By {
+        /// Points of the same names.
+        Landmarks = "landmarks",
+        /// Their surfaces.
+        #[default]
+        Surfaces = "surfaces",
+    }
+}
+
+/// A registration to be made of two scans that are open.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Order {
+    /// By what.
+    pub by: By,
+    /// What landmarks may do beside turning and shifting.
+    #[serde(default)]
+    pub freedom: Freedom,
+    /// Landmarks that take no part.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub left_out: Vec<String>,
+    /// What of the fixed scan's surface takes part.
+    #[serde(default, skip_serializing_if = "Parts::is_all")]
+    pub parts: Parts,
+    /// Where surfaces are looked for first, moving scan to fixed scan; anywhere where absent, or where that does not lead to agreement.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start: Option<DAffine3>,
+}
+
+/// What came of it.
+#[derive(Clone, Debug)]
+pub struct Registered {
+    /// Moves the moving scan's own world onto the fixed scan's.
+    pub registration: Registration,
+    /// How well they lie on each other.
+    pub report: Report,
+}
+
+/// How well two scans lie on each other.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Report {
+    /// Pairs of landmarks, with what is left of each.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub landmarks: Vec<Paired>,
+    /// Of surfaces.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub surfaces: Option<SurfaceReport>,
+    /// What the person should know.
+    pub notes: Vec<String>,
+}
+
+/// How well two surfaces lie on each other.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SurfaceReport {
+    /// Median distance along normals of partners that count, mm.
+    pub median_mm: f64,
+    /// Standard deviation of what is left between partners along normals, robust, mm.
+    pub spread_mm: f64,
+    /// How far the moving surface stands out over the fixed one everywhere, mm.
+    pub offset_mm: f64,
+    /// Part of the points with a partner that counts.
+    pub matched: f64,
+    /// How much of the surfaces agrees, 0 to 1.5.
+    pub agreement: f64,
+    /// The same of the next best pose of a search.
+    pub runner_up: Option<f64>,
+    /// The scans are of two objects, or of one that changed: what is left is more than scanning leaves.
+    pub is_of_two: bool,
+    /// Standard deviation of where the middle of the moving scan is, along x, y and z, mm; infinite (null in JSON) where it is not held.
+    pub middle_mm: DVec3,
+    /// How far what is left between partners reaches, for a histogram: mm and the number of partners, by bin.
+    #[serde(skip)]
+    pub histogram: Vec<(f64, usize)>,
+}
+
+/// Why there is no registration.
+#[derive(Debug, Error)]
+pub enum RegisterError {
+    /// Landmarks that make none.
+    #[error(transparent)]
+    Landmarks(#[from] LandmarkFitError),
+    /// A scan without a surface.
+    #[error("{scan}: almost nothing of it has a surface at the isovalue {iso}; choose another isovalue")]
+    NoSurface {
+        /// The scan.
+        scan: String,
+        /// Its isovalue.
+        iso: String,
+    },
+    /// No partners.
+    #[error("no part of the surfaces lies on each other there; take more of the scans, or begin from another pose")]
+    Apart,
+    /// A grid that cannot be.
+    #[error("the transform of a volume cannot be used: {0}")]
+    Grid(#[from] GridError),
+    /// Stopped by request.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// The file.
+    #[error(transparent)]
+    File(#[from] TransformError),
+    /// What it was made from.
+    #[error(transparent)]
+    Made(#[from] VerifyError),
+}
+
+/// Points of each surface: more do not bring the pose nearer.
+const POINTS: usize = 60_000;
+
+/// Fewer points are no surface but noise.
+const LEAST_POINTS: usize = 100;
+
+/// What scanning leaves between two scans of one object, in voxels: half of one.
+const ONE_OBJECT_VOXEL: f64 = 0.5;
+
+/// A runner-up that agrees so nearly as well may be as right.
+const AMBIGUOUS: f64 = 0.9;
+
+/// Brings scan number `moving` of what is open onto number `fixed`. `progress` counts what is tried.
+pub fn register(opened: &Opened, [moving, fixed]: [usize; 2], order: &Order, progress: &Progress) -> Result<Registered, RegisterError> {
+    match order.by {
+        By::Landmarks => by_landmarks(opened, [moving, fixed], order),
+        By::Surfaces => by_surfaces(opened, [moving, fixed], order, progress),
+    }
+}
+
+/// The landmarks of a scan that is open.
+fn landmarks_of(opened: &Opened, n: usize) -> Vec<Landmark> {
+    opened.landmarks.iter().filter(|l| l.scan.as_deref() == Some(opened.volumes[n].name())).cloned().collect()
+}
+
+fn by_landmarks(opened: &Opened, numbers: [usize; 2], order: &Order) -> Result<Registered, RegisterError> {
+    let [moving, fixed] = numbers.map(|n| own_landmarks(opened, n));
+    let names = numbers.map(|n| opened.volumes[n].name());
+    let fit = landmarks::fit(&moving, &fixed, names, order.freedom, &order.left_out)?;
+    let mut notes = fit.notes;
+    if order.freedom == Freedom::Similarity {
+        notes.push(format!("{} is made {} times as large: lengths on it are not its own", names[0], significant(fit.scale, 5)));
+    }
+    if order.freedom == Freedom::Affine {
+        notes.push(format!("{} is stretched and sheared: lengths on it are not its own", names[0]));
+    }
+    let registration = Registration { transform: fit.pose, residual_mm: Some(fit.rms_mm), covariance: fit.covariance };
+    Ok(Registered { registration, report: Report { landmarks: fit.pairs, surfaces: None, notes } })
+}
+
+/// The landmarks of a scan in its own world: they are kept where the scene puts it.
+fn own_landmarks(opened: &Opened, n: usize) -> Vec<Landmark> {
+    let back = opened.scene.layers[n].transform.inverse();
+    let own = |l: Landmark| Landmark { point_mm: l.point_mm.map(|p| back.transform_point3(p)), ..l };
+    landmarks_of(opened, n).into_iter().map(own).collect()
+}
+
+fn by_surfaces(opened: &Opened, numbers: [usize; 2], order: &Order, progress: &Progress) -> Result<Registered, RegisterError> {
+    let surface = |n: usize| Surface::new(&opened.volumes[n], opened.scene.layers[n].iso, DAffine3::IDENTITY);
+    let [of_moving, of_fixed] = [surface(numbers[0])?, surface(numbers[1])?];
+    let clouds = [Cloud::of(&of_moving, POINTS, progress)?, Cloud::of(&of_fixed, POINTS, progress)?];
+    for (cloud, n) in clouds.iter().zip(numbers) {
+        if cloud.points.len() < LEAST_POINTS {
+            let iso = significant(opened.scene.layers[n].iso, 6);
+            return Err(RegisterError::NoSurface { scan: opened.volumes[n].name().to_owned(), iso });
+        }
+    }
+    let pair = Pair { moving: &clouds[0], fixed: &clouds[1], parts: &order.parts };
+    let found = anywhere::from(&pair, order.start, progress)?;
+    if found.fit.matched() == 0.0 {
+        return Err(RegisterError::Apart);
+    }
+    let covariance = sureness::covariance(&found.fit);
+    let voxel_mm = clouds[0].voxel_mm.max(clouds[1].voxel_mm);
+    let report = report(&found, &covariance, voxel_mm, order.freedom);
+    Ok(Registered { registration: Registration { transform: found.fit.pose, residual_mm: None, covariance: Some(covariance) }, report })
+}
+
+fn report(found: &Found, covariance: &Covariance, voxel_mm: f64, freedom: Freedom) -> Report {
+    let fit = &found.fit;
+    let is_of_two = fit.spread_mm > ONE_OBJECT_VOXEL * voxel_mm;
+    let mut notes = vec![];
+    if freedom != Freedom::Rigid {
+        notes.push("surfaces are brought together rigidly: sizes stay".into());
+    }
+    if found.agreement < LIKELY {
+        notes.push(format!(
+            "little of the surfaces agrees ({} of 1.5): they may not overlap, or not be alike; look at the pose before you use it",
+            fixed(found.agreement, 2)
+        ));
+    }
+    if let Some((agreement, turned_deg)) = found.runner_up.filter(|(agreement, _)| *agreement > AMBIGUOUS * found.agreement) {
+        notes.push(format!(
+            "another pose, turned by {}° against this one, agrees about as well ({} and {}): surfaces alone do not tell which is right",
+            fixed(turned_deg, 0),
+            fixed(agreement, 2),
+            fixed(found.agreement, 2)
+        ));
+    }
+    notes.extend(covariance.undetermined.iter().map(|motion| format!("nothing holds {}: lengths that it changes have no bound", motion_in_words(motion))));
+    if is_of_two {
+        notes.push("two objects, or one that changed: the ± of the pose is the spread of what parts of the surface would choose, not an error".into());
+    }
+    let along = |axis: DVec3| covariance.variance_at(covariance.centre_mm, axis).sqrt();
+    let surfaces = SurfaceReport {
+        median_mm: fit.median_mm(),
+        spread_mm: fit.spread_mm,
+        offset_mm: fit.next.offset_mm,
+        matched: fit.matched(),
+        agreement: found.agreement,
+        runner_up: found.runner_up.map(|(agreement, _)| agreement),
+        is_of_two,
+        middle_mm: DVec3::new(along(DVec3::X), along(DVec3::Y), along(DVec3::Z)),
+        histogram: histogram(fit.rows.iter().map(|r| r.off_mm), fit.spread_mm),
+    };
+    Report { landmarks: vec![], surfaces: Some(surfaces), notes }
+}
+
+/// Numbers within six spreads of zero, in 48 bins: the middle of each and how many it holds.
+fn histogram(numbers: impl Iterator<Item = f64>, spread: f64) -> Vec<(f64, usize)> {
+    const BINS: usize = 48;
+    let width = 12.0 * spread / BINS as f64;
+    let mut bins: Vec<(f64, usize)> = (0..BINS).map(|n| ((n as f64 + 0.5) * width - 6.0 * spread, 0)).collect();
+    for n in numbers.map(|v| (v + 6.0 * spread) / width).filter(|n| (0.0..BINS as f64).contains(n)) {
+        bins[n as usize].1 += 1;
+    }
+    bins
+}
+
+/// "a turn about (0, 0, 1)", or "a shift along" it.
+fn motion_in_words(motion: &[f64; 6]) -> String {
+    let (turn, shift) = (DVec3::from_slice(&motion[..3]), DVec3::from_slice(&motion[3..]));
+    // Undetermined motions are of length 1, a turn counting as far as it moves the scan's points.
+    let is_shift = shift.length_squared() > 0.5;
+    let v = if is_shift { shift } else { turn }.normalize_or_zero();
+    let words = if is_shift { "a shift along" } else { "a turn about" };
+    format!("{words} ({}, {}, {})", fixed(v.x, 2), fixed(v.y, 2), fixed(v.z, 2))
+}
+
+/// Writes a registration of two scans that are open, in the form that its name asks for; JSON says by what it was made and from what.
+pub fn write(file: &Path, opened: &Opened, [moving, fixed]: [usize; 2], order: &Order, registered: &Registered) -> Result<(), RegisterError> {
+    let names = [moving, fixed].map(|n| opened.volumes[n].name());
+    Ok(write_transform(file, names, &registered.registration, record(opened, [moving, fixed], order, registered))?)
+}
+
+fn record(opened: &Opened, numbers: [usize; 2], order: &Order, registered: &Registered) -> Map<String, Value> {
+    let mut record = Map::new();
+    record.insert("method".into(), json!(order));
+    record.insert("report".into(), json!(registered.report));
+    if let Some(origin) = Origin::of(opened) {
+        let scan = |n: usize| MeasuredScan { layer: opened.scene.layers[n].clone(), ..origin.scans[n].clone() };
+        let scans: Vec<MeasuredScan> = numbers.into_iter().map(scan).collect();
+        record.insert("made_by".into(), json!(Origin { scans, clips: vec![], ..origin.clone() }));
+    }
+    record
+}
+
+/// What became of a registration that was made again.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Again {
+    /// The scans, as the file names them.
+    pub what: String,
+    /// As far as it moves a corner of the moving scan's box otherwise than recorded, mm.
+    pub off_mm: f64,
+}
+
+/// A record of how a registration was made.
+#[derive(Deserialize)]
+struct Recorded {
+    method: Order,
+    made_by: Origin,
+}
+
+/// Poses are the same to this, mm: the last digits depend on how a compiler orders sums, and a search rests within a thousandth of a voxel.
+pub const SAME_POSE_MM: f64 = 1e-6;
+
+/// Makes the registrations of a file again, from the scans that it names; those that do not say how they were made are told by their names.
+pub fn again(file: &Path, progress: &Progress) -> Result<(Vec<Again>, Vec<String>), RegisterError> {
+    let text = std::fs::read_to_string(file).unwrap_or_default();
+    let value: Value = serde_json::from_str(&text).unwrap_or_default();
+    let (mut found, mut unknown) = (vec![], vec![]);
+    let pairs = value.get("pairs").and_then(Value::as_object).cloned().unwrap_or_default();
+    for (what, pair) in pairs {
+        let Ok(recorded) = Recorded::deserialize(&pair) else {
+            unknown.push(what);
+            continue;
+        };
+        let opened = open_again(&recorded.made_by, file.parent().unwrap_or(Path::new("")))?;
+        let now = register(&opened, [0, 1], &recorded.method, progress)?.registration.transform;
+        let name = format!("{}#{what}", file.display());
+        let was = bregma_field::read_transform(Path::new(&name), "", &[])?.transform;
+        let corners = opened.volumes[0].grid().corners_mm();
+        let off_mm = corners.map(|p| now.transform_point3(p).distance(was.transform_point3(p))).into_iter().fold(0.0, f64::max);
+        found.push(Again { what, off_mm });
+    }
+    Ok((found, unknown))
+}
