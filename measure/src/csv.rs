@@ -21,7 +21,7 @@ pub struct Made {
 }
 
 /// The columns.
-pub const COLUMNS: [&str; 48] = [
+pub const COLUMNS: [&str; 49] = [
     "kind",
     "ray",
     "name",
@@ -38,6 +38,7 @@ pub const COLUMNS: [&str; 48] = [
     "threshold_error_mm",
     "noise_error_mm",
     "sampling_error_mm",
+    "slice_error_mm",
     "blur_error_mm",
     "registration_error_mm",
     "error_without",
@@ -149,6 +150,7 @@ fn errors(u: &Uncertainty) -> Cells {
         ("threshold_error_mm", mm(u.threshold_error_mm)),
         ("noise_error_mm", mm(u.noise_error_mm)),
         ("sampling_error_mm", mm(u.sampling_error_mm)),
+        ("slice_error_mm", mm(u.slice_error_mm)),
         ("blur_error_mm", mm(u.blur_error_mm)),
         ("registration_error_mm", known(u.registration_error_mm)),
     ]

@@ -54,7 +54,16 @@ pub struct Volume {
     summary: Summary,
     warnings: Vec<String>,
     spacing_is_stated: bool,
+    slice_position_mm: f64,
     metadata: Metadata,
+}
+
+/// Where metadata says how far slices lie from where the grid has them. It is metadata so that every form that a scan is converted to keeps it.
+const SLICES_OFF: &str = "SlicesOffEvenMm";
+
+/// That slices lie at most `mm` from where the grid has them, as metadata; less than a nanometre is only how positions were written.
+pub(crate) fn slices_off(mm: f64) -> Option<(String, String)> {
+    (mm > 1e-6).then(|| (SLICES_OFF.to_owned(), format!("{mm:.6}")))
 }
 
 /// Why a raster is not a volume.
@@ -102,13 +111,23 @@ impl Volume {
         };
         let histogram = Histogram::build(&samples, range, BINS);
         let summary = Summary::new(slope, intercept, unit, histogram);
-        let (spacing_is_stated, metadata) = (true, Metadata::new());
-        Ok(Self { name, format, grid, samples, bricks, summary, warnings, spacing_is_stated, metadata })
+        let (spacing_is_stated, slice_position_mm, metadata) = (true, 0.0, Metadata::new());
+        Ok(Self { name, format, grid, samples, bricks, summary, warnings, spacing_is_stated, slice_position_mm, metadata })
     }
 
     /// The same with what its file says beside the samples.
     pub(crate) fn with_facts(self, spacing_is_stated: bool, metadata: Metadata) -> Self {
-        Self { spacing_is_stated, metadata, ..self }
+        let said = metadata.get(SLICES_OFF).and_then(|mm| mm.parse().ok());
+        // Anyone can write metadata: what is no length is none.
+        let slice_position_mm = said.filter(|mm: &f64| mm.is_finite() && *mm > 0.0).unwrap_or(0.0);
+        Self { spacing_is_stated, slice_position_mm, metadata, ..self }
+    }
+
+    /// The same whose slices lie at most so many mm from where the grid has them, see [`Self::slice_position_mm`].
+    pub fn with_slices_off(self, mm: f64) -> Self {
+        let spacing_is_stated = self.spacing_is_stated;
+        let metadata = self.metadata.clone().into_iter().chain(slices_off(mm)).collect();
+        self.with_facts(spacing_is_stated, metadata)
     }
 
     /// What the person calls it: its file's name.
@@ -129,6 +148,12 @@ impl Volume {
     /// Whether its file, or the person, says how far samples are apart. If not, 1 mm is assumed, and no length means anything.
     pub fn spacing_is_stated(&self) -> bool {
         self.spacing_is_stated
+    }
+
+    /// How far a slice (all samples of one k) lies from where the grid has it, at most, mm: what their positions are off the even steps that
+    /// they were taken to have, or to have been written to. 0 where nothing is known of that.
+    pub fn slice_position_mm(&self) -> f64 {
+        self.slice_position_mm
     }
 
     /// What the file says beside the samples.
