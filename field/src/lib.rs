@@ -16,8 +16,9 @@ mod surface;
 
 pub use bounds::Bounds;
 pub use bregma_volume::{
-    BRICK, Cancelled, Grid, GridError, Histogram, IndexPoint, Metadata, Otsu, Progress, RangeBricks, Raster, Registration, Sample, Samples,
-    Summary, TransformError, Unit, Volume, VolumeError, WorldPoint, formats, read_transform, replace_file,
+    BRICK, Cancelled, Correction, Grid, GridError, Histogram, IndexPoint, Metadata, Otsu, Placing, Progress, RangeBricks, Raster,
+    Registration, Sample, Samples, Summary, TransformError, Turn, TurnError, Unit, Volume, VolumeError, WorldPoint, formats,
+    read_transform, replace_file,
 };
 pub use clip::{Clip, Region, Shape};
 pub use ray::Ray;

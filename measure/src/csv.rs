@@ -18,6 +18,8 @@ pub struct Made {
     pub date: String,
     /// The file of each scan, by its number among all volumes; empty for scans without files.
     pub files: Vec<String>,
+    /// What was corrected of where the scans lie, in sentences; rays have these among their own notes.
+    pub notes: Vec<String>,
 }
 
 /// The columns.

@@ -258,6 +258,11 @@ impl Opened {
         bregma_measure::unlike_thresholds(&visible.map(|(volume, layer)| (volume.name(), layer.iso, volume.unit())).collect::<Vec<_>>())
     }
 
+    /// What was corrected of where the scans lie, each a sentence that names its scan. All that is measured on them has these beside it.
+    pub fn corrections(&self) -> Vec<String> {
+        self.volumes.iter().flat_map(|v| bregma_measure::corrections(v)).collect()
+    }
+
     /// What people should know about the scans and their isovalues before they trust a picture or a number.
     pub fn warnings(&self) -> Vec<String> {
         let of_files = self.volumes.iter().flat_map(|v| v.warnings().iter().map(move |w| format!("{}: {w}", v.name())));
@@ -294,7 +299,10 @@ fn bone_points(surface: &Surface) -> Vec<DVec3> {
 /// The scan of a source in memory.
 fn load(source: &Source, progress: &Progress) -> Result<Arc<Volume>, InputError> {
     Ok(Arc::new(match source.built_in {
-        Some(skull) => skull.scan(progress)?,
+        Some(skull) => {
+            let made = skull.scan(progress)?.corrected(source.correction());
+            made.map_err(|reason| OpenError { file: source.file.clone(), reason: reason.into() })?.renamed(&source.name())
+        }
         None => source.scan(progress)?.load(progress)?,
     }))
 }

@@ -1,13 +1,15 @@
 //! A scan in memory: samples on a grid, what their numbers mean, and the ranges that speed everything up.
 
-use crate::grid::Grid;
+use crate::grid::{Grid, GridError};
 use crate::histogram::Histogram;
+use crate::placing::{Correction, Placing};
 use crate::ranges::RangeBricks;
 use crate::samples::{Sample, Samples};
 use crate::summary::{ScaleError, Summary, Unit};
 use crate::with_samples;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use thiserror::Error;
 
 /// What a file says, before it is checked and indexed.
@@ -44,16 +46,19 @@ pub type Metadata = BTreeMap<String, String>;
 /// assert_eq!(volume.default_isovalue().0, 226.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Debug)]
+///
+/// What is large is shared with those that are made of it by another name or in another place.
+#[derive(Clone, Debug)]
 pub struct Volume {
     name: String,
     format: &'static str,
-    grid: Grid,
-    samples: Samples,
-    bricks: RangeBricks,
+    placing: Placing,
+    samples: Arc<Samples>,
+    bricks: Arc<RangeBricks>,
     summary: Summary,
+    /// What was unusual about the file, whatever was corrected since.
+    of_file: Vec<String>,
     warnings: Vec<String>,
-    spacing_is_stated: bool,
     slice_position_mm: f64,
     metadata: Metadata,
 }
@@ -111,23 +116,57 @@ impl Volume {
         };
         let histogram = Histogram::build(&samples, range, BINS);
         let summary = Summary::new(slope, intercept, unit, histogram);
-        let (spacing_is_stated, slice_position_mm, metadata) = (true, 0.0, Metadata::new());
-        Ok(Self { name, format, grid, samples, bricks, summary, warnings, spacing_is_stated, slice_position_mm, metadata })
+        let (samples, bricks, placing) = (Arc::new(samples), Arc::new(bricks), Placing::new(grid, true, 1));
+        let (of_file, slice_position_mm, metadata) = (warnings.clone(), 0.0, Metadata::new());
+        Ok(Self { name, format, placing, samples, bricks, summary, of_file, warnings, slice_position_mm, metadata })
     }
 
     /// The same with what its file says beside the samples.
-    pub(crate) fn with_facts(self, spacing_is_stated: bool, metadata: Metadata) -> Self {
+    pub(crate) fn with_metadata(self, metadata: Metadata) -> Self {
         let said = metadata.get(SLICES_OFF).and_then(|mm| mm.parse().ok());
         // Anyone can write metadata: what is no length is none.
         let slice_position_mm = said.filter(|mm: &f64| mm.is_finite() && *mm > 0.0).unwrap_or(0.0);
-        Self { spacing_is_stated, slice_position_mm, metadata, ..self }
+        Self { slice_position_mm, metadata, ..self }
     }
 
     /// The same whose slices lie at most so many mm from where the grid has them, see [`Self::slice_position_mm`].
     pub fn with_slices_off(self, mm: f64) -> Self {
-        let spacing_is_stated = self.spacing_is_stated;
         let metadata = self.metadata.clone().into_iter().chain(slices_off(mm)).collect();
-        self.with_facts(spacing_is_stated, metadata)
+        self.with_metadata(metadata)
+    }
+
+    /// The same where `placing` has it, which has a place for each of its samples.
+    pub(crate) fn placed(self, placing: Placing) -> Self {
+        let longer = placing.grid().spacing_mm().z / self.grid().spacing_mm().z;
+        // Which slices are off by which part of a step is not what was corrected.
+        let off_mm = self.slice_position_mm * longer;
+        let warnings = placing.warnings(&self.of_file);
+        Self { placing, warnings, ..self }.with_slices_off(off_mm)
+    }
+
+    /// The same samples where a person's `correction` has them, in the place of an earlier one. It fails where that is no grid.
+    pub fn corrected(&self, correction: Correction) -> Result<Self, GridError> {
+        Ok(self.clone().placed(self.placing.corrected(correction)?))
+    }
+
+    /// The same under another name.
+    pub fn renamed(&self, name: &str) -> Self {
+        Self { name: labelled(name, self.placing.step()), ..self.clone() }
+    }
+
+    /// Where its samples lie, and why.
+    pub fn placing(&self) -> &Placing {
+        &self.placing
+    }
+
+    /// By which those that share their samples are known.
+    pub fn samples_id(&self) -> *const Samples {
+        Arc::as_ptr(&self.samples)
+    }
+
+    /// The type of the samples: `u8`, `i16`, `u16` or `f32`.
+    pub fn type_name(&self) -> &'static str {
+        self.samples.type_name()
     }
 
     /// What the person calls it: its file's name.
@@ -142,12 +181,12 @@ impl Volume {
 
     /// Where the samples lie.
     pub fn grid(&self) -> &Grid {
-        &self.grid
+        self.placing.grid()
     }
 
     /// Whether its file, or the person, says how far samples are apart. If not, 1 mm is assumed, and no length means anything.
     pub fn spacing_is_stated(&self) -> bool {
-        self.spacing_is_stated
+        self.placing.spacing_is_stated()
     }
 
     /// How far a slice (all samples of one k) lies from where the grid has it, at most, mm: what their positions are off the even steps that
@@ -163,7 +202,7 @@ impl Volume {
 
     /// Whether the samples are whole numbers, and not float32.
     pub fn has_whole_samples(&self) -> bool {
-        !matches!(self.samples, Samples::F32(_))
+        !matches!(*self.samples, Samples::F32(_))
     }
 
     /// Memory that the samples take.
@@ -253,6 +292,16 @@ impl ReadSamples for Volume {
     fn samples(&self) -> &Samples {
         &self.samples
     }
+}
+
+/// The name of a scan of which every step-th sample is kept.
+pub(crate) fn labelled(name: &str, step: usize) -> String {
+    if step == 1 { name.to_owned() } else { format!("{name} (every {})", nth_sample(step)) }
+}
+
+/// `2nd sample`, `4th sample`.
+pub(crate) fn nth_sample(step: usize) -> String {
+    format!("{step}{} sample", if step == 2 { "nd" } else { "th" })
 }
 
 /// The sentence about samples that are no usable numbers.

@@ -2,9 +2,9 @@
 
 /// What they advise there, and what does the same here; the longer first where one is part of another.
 const DEEDS: [(&str, &str); 17] = [
-    ("; pass --spacing X,Y,Z if it is not so", "; check a length that is known"),
+    ("; pass --spacing X,Y,Z if it is not so", "; correct it in the scan's panel if it is not so"),
     ("; pass --spacing X,Y,Z where it is 0", "; correct the header where it is 0"),
-    ("; pass --spacing X,Y,Z", "; check a length that is known"),
+    ("; pass --spacing X,Y,Z", "; correct it in the scan's panel"),
     ("pass --uneven resample to have them interpolated", "have them interpolated"),
     ("a preview with --reduce", "a preview of one sample in"),
     (
@@ -14,7 +14,7 @@ const DEEDS: [(&str, &str); 17] = [
     ("pass --raw WxHxD,u8|u16|i16|f32[,be][,skip=N]", "give it a name that does, such as skull_256x256x128_uint16.raw"),
     ("pass --raw if that is wrong", "rename it if that is wrong"),
     ("check --raw", "check the numbers in its name"),
-    (": --transform and --spacing are for scans", ""),
+    (": --transform, --spacing and --turn are for scans", ""),
     ("; pass it as --transform behind that scan", "; open it together with that scan alone"),
     ("what `bregma probe --format json` wrote", "a file of saved rays"),
     ("draw it without --reconstruction spline", "switch Spline off"),

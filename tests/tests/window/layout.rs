@@ -78,7 +78,7 @@ const LONG: [&str; 2] = [
 ];
 
 /// What is open one after the other.
-const STEPS: [Step; 8] = [
+const STEPS: [Step; 9] = [
     ("rays", |window| open_side(window, "Results")),
     ("who is inside where", |window| window.get_by_label("Who is inside where").click_accesskit()),
     ("landmarks", |window| window.get_by_label_contains("Landmarks (").click()),
@@ -98,6 +98,7 @@ const STEPS: [Step; 8] = [
     }),
     ("faces of cuts", |window| window.get_by_label("The cut shows").scroll_to_me()),
     ("volume", |window| window.get_by_role_and_label(Role::RadioButton, "Volume").click_accesskit()),
+    ("a scan", |window| command(window, "Name, spacing")),
 ];
 
 #[test]
