@@ -9,6 +9,9 @@ use std::sync::Arc;
 impl Source {
     /// `volume` as the person named and turned it, whatever its samples: a finer one than it was done to, too. Its spacing is its own.
     pub fn dress(&self, volume: &Arc<Volume>) -> Arc<Volume> {
+        if self.called.is_none() && self.turn.is_none() {
+            return Arc::clone(volume);
+        }
         let turned = volume.corrected(Correction { turn: self.turn, ..volume.placing().correction() });
         // A turn of a grid is a grid.
         turned.map_or_else(|_| Arc::clone(volume), |turned| Arc::new(turned.renamed(&self.name())))

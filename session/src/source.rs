@@ -123,6 +123,12 @@ pub struct Raw {
     layout: RawLayout,
 }
 
+impl From<RawLayout> for Raw {
+    fn from(layout: RawLayout) -> Self {
+        Self { words: layout.to_string(), layout }
+    }
+}
+
 impl FromStr for Raw {
     type Err = RawLayoutError;
 

@@ -90,7 +90,7 @@ impl Placing {
             format!("its file states that samples are {stated} mm apart; {taken} mm is taken instead, as was asked for")
         });
         let what = if turn.is_mirror() { "it is a mirror image of what its file states" } else { "it is turned" };
-        let turned = format!("{what}: what its file calls left, posterior, superior is {} ({turn})", turn.words());
+        let turned = format!("{what}: what its file calls left, posterior, superior is {} ({})", turn.words(), turn.letters());
         spacing.into_iter().chain((!turn.is_none()).then_some(turned)).collect()
     }
 

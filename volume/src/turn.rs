@@ -114,8 +114,8 @@ impl Turn {
         self.0.map(word).join(", ")
     }
 
-    /// The three letters alone.
-    fn letters(self) -> String {
+    /// What the file's left, posterior and superior really are, as three letters alone.
+    pub fn letters(self) -> String {
         self.0.map(char::from).into_iter().collect()
     }
 }

@@ -16,7 +16,8 @@ pub struct Sources<const MIN: usize>(pub Vec<Source>);
 impl<const MIN: usize> Args for Sources<MIN> {
     fn augment_args(command: Command) -> Command {
         let path = || clap::value_parser!(PathBuf);
-        let files = Arg::new("files").value_name("FILE").value_parser(path()).num_args(MIN..).required(MIN > 0);
+        // Options may stand between files, and each stretch of files is counted by itself: how many there are is asked later.
+        let files = Arg::new("files").value_name("FILE").value_parser(path()).num_args(MIN.min(1)..).required(MIN > 0);
         let option = |name: &'static str, value: &'static str| Arg::new(name).long(name).value_name(value).action(ArgAction::Append);
         command
             .arg(

@@ -9,6 +9,7 @@ mod commands;
 mod dock;
 mod document;
 mod files;
+mod headerless;
 mod history;
 mod job;
 mod letters;

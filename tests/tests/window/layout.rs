@@ -24,8 +24,10 @@ fn cover(shape: &Shape, clip: Rect, seen: &mut Vec<Seen>, picture: Rect) {
         Shape::Rect(rect) if rect.fill.is_opaque() => {
             let hides = rect.rect.intersect(clip);
             seen.retain(|text| !hides.expand(0.5).contains_rect(text.visible));
-            // What is half hidden is seen as far as it is not.
-            seen.iter_mut().filter(|text| text.is_mark && hides.intersects(text.visible)).for_each(|text| text.visible = Rect::NOTHING);
+            // What is half hidden is seen as far as it is not: a mark, or whatever lies behind a panel over the window.
+            let is_panel = rect.rect.width() > 200.0 && rect.rect.height() > 100.0;
+            let is_behind = |text: &&mut Seen| (text.is_mark || is_panel) && hides.intersects(text.visible);
+            seen.iter_mut().filter(is_behind).for_each(|text| text.visible = Rect::NOTHING);
         }
         Shape::Text(TextShape { pos, galley, angle, .. }) if *angle == 0.0 && !galley.text().trim().is_empty() => {
             let is_mark = picture.expand(1.0).contains_rect(clip) && picture.height() - clip.height() < 20.0;

@@ -35,6 +35,7 @@ mod write;
 
 pub use dicom::series::Series;
 pub use error::{OpenError, ReadError};
+pub use raw::guess::guesses as raw_guesses;
 pub use raw::{RawLayout, RawLayoutError};
 pub use scan::{Scan, Survey};
 pub use write::WriteError;

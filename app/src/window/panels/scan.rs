@@ -63,7 +63,7 @@ impl ScanPanel {
         let mut open = true;
         // The scroll area has what the title and the margins leave of a low window.
         let height = (ctx.content_rect().height() - 150.0).clamp(160.0, 620.0);
-        let window = Window::new("Scan").open(&mut open).default_pos([310.0, 60.0]).default_width(WIDTH).resizable([true, false]);
+        let window = Window::new("Scan").open(&mut open).default_pos([6.0, 34.0]).default_width(WIDTH).resizable([true, false]);
         window.show(ctx, |ui| {
             ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, |ui| self.contents(ui, bench, n));
         });
@@ -94,14 +94,17 @@ impl ScanPanel {
 
     fn name_and_place(&mut self, ui: &mut Ui, work: &mut Work, n: usize) {
         let last = work.opened.volumes.len() - 1;
-        let mut to = None;
-        ui.horizontal(|ui| {
+        let (mut to, mut is_done) = (None, false);
+        ui.horizontal_top(|ui| {
             let width = if last > 0 { WIDTH - 150.0 } else { WIDTH };
-            let edit = TextEdit::singleline(&mut self.name).desired_width(width - 8.0).char_limit(MOST_LETTERS);
+            // In as many lines as it takes to be read; Enter ends it.
+            let edit = TextEdit::multiline(&mut self.name).desired_rows(1).desired_width(width - 8.0).char_limit(MOST_LETTERS);
             let edit = ui.add(edit.hint_text(work.opened.sources[n].file_name()));
             let edit = edit.on_hover_text("The name of the scan, here and in all tables; without one it is its file's");
-            if edit.accessible_name("Name of the scan").lost_focus() {
-                rename(work, n, &self.name);
+            let edit = edit.accessible_name("Name of the scan");
+            is_done = edit.lost_focus() || self.name.contains('\n');
+            if is_done {
+                edit.surrender_focus();
             }
             if last > 0 {
                 let moves = |ui: &mut Ui, text, hint, can| ui.add_enabled(can, egui::Button::new(text)).on_hover_text(hint).clicked();
@@ -113,6 +116,10 @@ impl ScanPanel {
                 }
             }
         });
+        if is_done {
+            self.name.retain(|c| c != '\n');
+            rename(work, n, &self.name);
+        }
         if let Some(to) = to {
             work.opened.swap(n, to);
         }
@@ -217,7 +224,7 @@ impl ScanPanel {
     }
 }
 
-/// Width of the contents, in points: it fits beside the scans in a window of 720.
+/// Width of the contents, in points: the panel lies over the cards, so that the picture is seen beside it.
 const WIDTH: f32 = 350.0;
 /// A longer name is no name.
 const MOST_LETTERS: usize = 120;

@@ -1,0 +1,104 @@
+//! Headerless files: how their samples lie is guessed from the samples.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use bregma_field::formats::{RawLayout, raw_guesses};
+use bregma_field::{Progress, Volume};
+use bregma_session::Opened;
+use bregma_synthetic::{Which, skull};
+use bregma_volume::ReadSamples;
+use std::path::PathBuf;
+
+/// A part of a skull phantom, in HU, and its sides: never the same ones, and not always square.
+fn part(volume: &Volume, [w, h, d]: [usize; 3]) -> Vec<f64> {
+    let [nx, ny, nz] = volume.grid().dims();
+    let first = [(nx - w) / 2, (ny - h) / 2, (nz - d) / 2];
+    let at = |n: usize| first[0] + n % w + nx * (first[1] + n / w % h + ny * (first[2] + n / w / h));
+    (0..w * h * d).map(|n| volume.value_of(volume.samples().get_f64(at(n)))).collect()
+}
+
+/// Values as the samples of a type: bits of 8 as most programs window them, unsigned ones from air on.
+fn bytes(values: &[f64], kind: &str, big: bool) -> Vec<u8> {
+    let order = |mut bytes: Vec<u8>| {
+        if big {
+            bytes.reverse();
+        }
+        bytes
+    };
+    let one = |v: &f64| match kind {
+        "u8" => vec![((v + 1024.0) / 16.0).clamp(0.0, 255.0) as u8],
+        "u16" => order(((v + 1024.0).max(0.0) as u16).to_le_bytes().into()),
+        "i16" => order((*v as i16).to_le_bytes().into()),
+        _ => order((*v as f32 * 1.25).to_le_bytes().into()),
+    };
+    values.iter().flat_map(one).collect()
+}
+
+#[test]
+fn the_right_layout_is_guessed_first() {
+    // Fails if a type, a byte order, a size or a header that scans come with is not found from the samples, or stands behind wrong ones.
+    let folder = std::env::temp_dir().join(format!("bregma-guess-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let (mut first, mut among, mut all, mut wrong) = (0, 0, 0, vec![]);
+    for which in [Which::A, Which::B] {
+        let volume = skull(which, 176, &Progress::default()).unwrap();
+        let whole = volume.grid().dims();
+        let fits = |dims: &[usize; 3]| (0..3).all(|axis| dims[axis] <= whole[axis]);
+        for dims in [[128, 128, 96], [96, 128, 100], [100, 100, 64], [120, 96, 33], whole].into_iter().filter(fits) {
+            let values = part(&volume, dims);
+            for (kind, big) in [("u8", false), ("u16", false), ("u16", true), ("i16", false), ("i16", true), ("f32", false), ("f32", true)]
+            {
+                for skip in [0, 352, 512] {
+                    let file: PathBuf = folder.join("skull.bin");
+                    let header: Vec<u8> = (0..skip).map(|n| b"a header of text, more or less. "[n % 32]).collect();
+                    std::fs::write(&file, [header, bytes(&values, kind, big)].concat()).unwrap();
+                    let truth = RawLayout::new(dims, kind, big, skip as u64).unwrap();
+                    let guesses = raw_guesses(&file, &Progress::default()).unwrap();
+                    all += 1;
+                    first += usize::from(guesses.first() == Some(&truth));
+                    among += usize::from(guesses.contains(&truth));
+                    if guesses.first() != Some(&truth) {
+                        wrong.push(format!("{truth} is taken for {:?}", guesses.iter().map(RawLayout::to_string).collect::<Vec<_>>()));
+                    }
+                }
+            }
+        }
+    }
+    println!("headerless: of {all} files the right layout is guessed first for {first}, among six for {among}");
+    wrong.iter().for_each(|text| println!("  {text}"));
+    assert!(first * 100 >= all * 95 && among * 100 >= all * 99, "{first} and {among} of {all}");
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn a_guess_opens_as_the_command_line_opens_it() {
+    // Fails if what is guessed is not what `--raw` takes, or if a name's numbers are not believed.
+    let folder = std::env::temp_dir().join(format!("bregma-guessed-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let volume = skull(Which::A, 96, &Progress::default()).unwrap();
+    let dims = volume.grid().dims();
+    let values = part(&volume, dims);
+    let file = folder.join("skull.bin");
+    std::fs::write(&file, bytes(&values, "i16", true)).unwrap();
+    let guess = raw_guesses(&file, &Progress::default()).unwrap()[0];
+    let source = bregma_session::Source { file, raw: Some(guess.into()), ..Default::default() };
+    let words = serde_json::to_value(&source).unwrap()["raw"].as_str().unwrap().to_owned();
+    assert_eq!(words.parse::<RawLayout>().unwrap(), guess);
+    assert_eq!(guess, RawLayout::new(dims, "i16", true, 0).unwrap());
+    let opened = Opened::read(&[source], &Progress::default()).unwrap();
+    let read = opened.volumes[0].samples();
+    assert!((0..values.len()).all(|n| read.get_f64(n) == values[n]));
+    // The name says a size that its samples would not be guessed to have.
+    let [w, h, d] = dims;
+    let named = folder.join(format!("skull_{}x{h}x{d}.raw", w / 2));
+    std::fs::write(&named, &bytes(&values, "u16", false)[..w * h * d]).unwrap();
+    assert_eq!(raw_guesses(&named, &Progress::default()).unwrap()[0].dims(), [w / 2, h, d]);
+    // What is no scan is guessed without an end, and in no time.
+    std::fs::write(folder.join("text.bin"), "no samples, but words. ".repeat(50)).unwrap();
+    raw_guesses(&folder.join("text.bin"), &Progress::default()).unwrap();
+    for odd in [&[7_u8; 1][..], &[7; 4096], b"ab"] {
+        std::fs::write(folder.join("odd.bin"), odd).unwrap();
+        raw_guesses(&folder.join("odd.bin"), &Progress::default()).unwrap();
+    }
+    std::fs::remove_dir_all(folder).unwrap();
+}
