@@ -6,6 +6,7 @@ use bregma_field::formats::{RawLayout, raw_guesses};
 use bregma_field::{Progress, Volume};
 use bregma_session::Opened;
 use bregma_synthetic::{Which, skull};
+use bregma_tests::data;
 use bregma_volume::ReadSamples;
 use std::path::PathBuf;
 
@@ -100,5 +101,68 @@ fn a_guess_opens_as_the_command_line_opens_it() {
         std::fs::write(folder.join("odd.bin"), odd).unwrap();
         raw_guesses(&folder.join("odd.bin"), &Progress::default()).unwrap();
     }
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn the_layouts_of_real_scans_are_guessed() {
+    // Fails if real noise, padding, slices far apart, tables or a small range of values lead to another layout.
+    let Some(d) = data("the layouts of real scans") else { return };
+    let folder = std::env::temp_dir().join(format!("bregma-guess-real-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let names = [
+        "classic/bonsai.nii.gz",
+        "classic/engine_256x256x110_uint8.raw",
+        "cranium-invesalius/Cranium.nhdr",
+        "cthead-unc/CThead.nhdr",
+        "mouse/C57BL6_J_.nii.gz",
+        "mouse/DBA_2J_.nii.gz",
+        "mouse/low_res_template_UCHAR.nii.gz",
+        "phantom-philips/straight",
+        "phantom-philips/tilted",
+    ];
+    let (mut first, mut all) = (0, 0);
+    for name in names {
+        let source = bregma_session::Source { file: d.join(name), ..Default::default() };
+        let Ok(opened) = Opened::read(&[source], &Progress::default()) else { panic!("{name} does not open") };
+        let volume = &opened.volumes[0];
+        let (samples, dims) = (volume.samples(), volume.grid().dims());
+        for big in [false, true].into_iter().take(if volume.type_name() == "u8" { 1 } else { 2 }) {
+            let one = |n: usize| {
+                let v = samples.get_f64(n);
+                let mut own = match volume.type_name() {
+                    "u8" => vec![v as u8],
+                    "u16" => (v as u16).to_le_bytes().to_vec(),
+                    "i16" => (v as i16).to_le_bytes().to_vec(),
+                    _ => (v as f32).to_le_bytes().to_vec(),
+                };
+                if big {
+                    own.reverse();
+                }
+                own
+            };
+            let file = folder.join("scan.bin");
+            std::fs::write(&file, (0..samples.len()).flat_map(one).collect::<Vec<u8>>()).unwrap();
+            let begun = std::time::Instant::now();
+            let guesses = raw_guesses(&file, &Progress::default()).unwrap();
+            let seconds = begun.elapsed().as_secs_f64();
+            let truth = RawLayout::new(dims, volume.type_name(), big, 0).unwrap();
+            // A type that reads the same samples is as right: none of them is below zero.
+            let same = |guess: &RawLayout| {
+                let signs = guess.type_name().trim_start_matches(['u', 'i']) == truth.type_name().trim_start_matches(['u', 'i']);
+                let is_above = volume.type_name() != "i16" || (0..samples.len()).all(|n| samples.get_f64(n) >= 0.0);
+                *guess == truth || guess.dims() == dims && guess.skip() == 0 && guess.is_big_endian() == big && signs && is_above
+            };
+            all += 1;
+            let rank = guesses.iter().position(same);
+            first += usize::from(rank == Some(0));
+            println!(
+                "{name}: {truth}, rank {rank:?}, {seconds:.2} s, first {}",
+                guesses.first().map_or(String::new(), RawLayout::to_string)
+            );
+        }
+    }
+    println!("headerless: of {all} real scans the right layout is guessed first for {first}");
+    assert!(first * 10 >= all * 9, "{first} of {all}");
     std::fs::remove_dir_all(folder).unwrap();
 }

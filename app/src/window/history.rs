@@ -103,6 +103,7 @@ mod tests {
     use bregma_renderer::Mode;
     use bregma_session::Opened;
     use glam::DVec3;
+    use std::sync::Arc;
 
     fn nothing() -> Work {
         Work { opened: Opened::new(vec![], vec![]), measured: Measured::default() }
