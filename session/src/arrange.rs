@@ -110,6 +110,14 @@ mod tests {
         let again = Opened::read(&[Source { file, ..Source::default() }], &Default::default()).unwrap();
         assert_eq!(again.volumes.iter().map(|v| v.name()).collect::<Vec<_>>(), ["skull B", "beforesurgery"]);
         assert_eq!((again.volumes[1].content(), again.corrections()), (opened.volumes[1].content(), opened.corrections()));
+        // Files that know the scan by its file's name still find it.
+        let mut again = again;
+        std::fs::write(folder.join("l.csv"), "name,x_mm,y_mm,z_mm,scan\nn,1,2,3,skull A\nm,1,2,3,nobody\n").unwrap();
+        again.take_landmarks(&folder.join("l.csv")).unwrap();
+        assert_eq!(again.landmarks.iter().map(|l| l.scan.as_deref()).collect::<Vec<_>>(), [Some("beforesurgery"), None]);
+        let pairs = r#"{"pairs": {"skull A->skull B": {"R": [[1,0,0],[0,1,0],[0,0,1]], "t": [0,0,7]}}}"#;
+        std::fs::write(folder.join("pairs.json"), pairs).unwrap();
+        assert_eq!(again.register(&folder.join("pairs.json")).unwrap(), 1);
         std::fs::remove_dir_all(folder).unwrap();
     }
 }

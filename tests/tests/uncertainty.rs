@@ -232,8 +232,11 @@ fn ninety_five_of_a_hundred_intervals_hold_the_true_thickness() {
     println!("all: {:.1} % of {}", 100.0 * all[0] as f64 / all[1] as f64, all[1]);
 }
 
+/// How far slice k is off.
+type Jitter<'a> = &'a dyn Fn(usize, &mut Random) -> f64;
+
 /// A slab across the slices of a grid, met within 45° by a ray, in a scan whose slices lie up to `off` steps from their even places.
-fn jittered(random: &mut Random, off: f64, jitter: impl Fn(usize, &mut Random) -> f64) -> (Segment, f64) {
+fn jittered(random: &mut Random, off: f64, jitter: Jitter<'_>) -> (Segment, f64) {
     let mut pose = pose(random, 0, [3.0, 12.0]);
     let (dims, map) = (pose.grid.dims(), pose.grid.index_to_world());
     let moved: Vec<f64> = (0..dims[2]).map(|k| off * jitter(k, random)).collect();
@@ -266,7 +269,7 @@ fn intervals_hold_the_truth_where_slices_jitter() {
         let place = k as f64 * 0.625;
         ((place * 10.0).round() / 10.0 - place) / 0.625
     };
-    let kinds: [(&str, f64, &dyn Fn(usize, &mut Random) -> f64); 3] = [
+    let kinds: [(&str, f64, Jitter<'_>); 3] = [
         ("even, up to 0.3 step", 0.3, &|_, random| 2.0 * random.unit() - 1.0),
         ("Gaussian, σ 0.1 step", 0.1, &|_, random| normal(random).clamp(-4.0, 4.0)),
         ("0.625 mm rounded to tenths", 1.0, &tenths),

@@ -96,7 +96,7 @@ impl Placing {
 
     /// `warnings` of a file, less those that are answered by what was corrected, and what was.
     pub fn warnings(&self, warnings: &[String]) -> Vec<String> {
-        let is_open = |warning: &&String| self.correction.spacing_mm.is_none() || !warning.contains("pass --spacing");
+        let is_open = |warning: &&String| self.correction.spacing_mm.is_none() || !warning.contains("--spacing");
         warnings.iter().filter(is_open).cloned().chain(self.notes()).collect()
     }
 }

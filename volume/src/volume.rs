@@ -392,6 +392,32 @@ mod tests {
     }
 
     #[test]
+    fn what_is_made_of_a_scan_shares_its_samples_and_keeps_what_is_known() {
+        // Fails if a correction copies samples, forgets the name or a warning, or leaves slices off by what they were before it.
+        let v = Volume::new("a".into(), "test", raster(Samples::U8((0..8).collect()), [2, 2, 2])).unwrap().with_slices_off(0.2);
+        let spacing_mm = Some(DVec3::new(1.0, 1.0, 2.0));
+        let longer = v.renamed("b").corrected(Correction { spacing_mm, ..Correction::default() }).unwrap();
+        assert_eq!((longer.name(), longer.samples_id(), longer.slice_position_mm()), ("b", v.samples_id(), 0.4));
+        assert!(longer.warnings().last().is_some_and(|warning| warning.contains("1 × 1 × 2 mm is taken instead")));
+        assert_eq!((v.slice_position_mm(), v.warnings().len()), (0.2, 0));
+        let back = longer.corrected(Correction::default()).unwrap();
+        assert_eq!((back.slice_position_mm(), back.grid(), back.warnings().len()), (0.2, v.grid(), 0));
+    }
+
+    #[test]
+    fn what_is_made_of_a_scan_shares_its_samples_and_keeps_what_is_known() {
+        // Fails if a correction copies samples, forgets the name or a warning, or leaves slices off by what they were before it.
+        let v = Volume::new("a".into(), "test", raster(Samples::U8((0..8).collect()), [2, 2, 2])).unwrap().with_slices_off(0.2);
+        let spacing_mm = Some(DVec3::new(1.0, 1.0, 2.0));
+        let longer = v.renamed("b").corrected(Correction { spacing_mm, ..Correction::default() }).unwrap();
+        assert_eq!((longer.name(), longer.samples_id(), longer.slice_position_mm()), ("b", v.samples_id(), 0.4));
+        assert!(longer.warnings().last().is_some_and(|warning| warning.contains("1 × 1 × 2 mm is taken instead")));
+        assert_eq!((v.slice_position_mm(), v.warnings().len()), (0.2, 0));
+        let back = longer.corrected(Correction::default()).unwrap();
+        assert_eq!((back.slice_position_mm(), back.grid(), back.warnings().len()), (0.2, v.grid(), 0));
+    }
+
+    #[test]
     fn a_falling_scale_keeps_its_range_in_order() {
         let mut r = raster(Samples::U8(vec![0, 1, 2, 3, 4, 5, 6, 7]), [2, 2, 2]);
         r.slope = -1.0;

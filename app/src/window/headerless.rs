@@ -1,6 +1,6 @@
 //! What is asked about a file without a header: how its samples lie, with a guess, and a picture of its middle slice that follows the answers.
 
-use super::words::in_the_window;
+use super::words::{in_the_window, type_words};
 use bregma_field::Progress;
 use bregma_field::formats::{RawLayout, raw_guesses};
 use bregma_session::{Raw, Source};
@@ -27,8 +27,8 @@ impl fmt::Debug for Headerless {
     }
 }
 
-/// Each type, and what people call it.
-const TYPES: [(&str, &str); 4] = [("u8", "8 bits"), ("u16", "16 bits, unsigned"), ("i16", "16 bits, signed"), ("f32", "32 bits, decimals")];
+/// Each type.
+const TYPES: [&str; 4] = ["u8", "u16", "i16", "f32"];
 /// Guesses that are shown.
 const SHOWN: usize = 4;
 /// Points along each side of the picture, and samples that it has at most.
@@ -93,8 +93,8 @@ impl Headerless {
             ui.add(number).on_hover_text("What lies before the samples").accessible_name("Bytes to skip");
             ui.end_row();
         });
-        for (short, text) in TYPES {
-            ui.radio_value(&mut name, short, text);
+        for kind in TYPES {
+            ui.radio_value(&mut name, kind, type_words(kind));
         }
         // Of one byte there is no order.
         ui.add_enabled(name != "u8", egui::Checkbox::new(&mut big_endian, "Most significant byte first"));
@@ -105,8 +105,7 @@ impl Headerless {
 /// A layout in a few words; the rest is seen when it is chosen.
 fn told(layout: &RawLayout) -> String {
     let [nx, ny, nz] = layout.dims();
-    let what = TYPES.iter().find(|(short, _)| *short == layout.type_name()).map_or("", |(_, what)| what);
-    let bits = what.split(',').next().unwrap_or_default();
+    let bits = type_words(layout.type_name()).split(',').next().unwrap_or_default();
     let skip = if layout.skip() > 0 { format!(" behind {} bytes", layout.skip()) } else { String::new() };
     format!("{nx} × {ny} × {nz}, {bits}{skip}")
 }

@@ -187,7 +187,7 @@ fn read(sources: Vec<Source>, progress: &Progress) -> Result<Read, InputError> {
     let asked = errors.iter().find_map(|error| {
         let InputError::Scan(error) = error else { return None };
         let of = sources.iter().position(|source| source.file == error.file)?;
-        Some((of, question(error, &sources[of], progress)?))
+        Some((of, question(error, &sources[of], sources.len() == 1, progress)?))
     });
     match (asked, opened) {
         (Some((of, about)), _) => Ok(Read::Ask(Question { sources, of, about })),
@@ -197,10 +197,12 @@ fn read(sources: Vec<Source>, progress: &Progress) -> Result<Read, InputError> {
 }
 
 /// What another reading of the same file could do, where it could do something.
-fn question(error: &OpenError, source: &Source, progress: &Progress) -> Option<About> {
+fn question(error: &OpenError, source: &Source, is_alone: bool, progress: &Progress) -> Option<About> {
     let is_raw = source.file.extension().is_some_and(|e| e.eq_ignore_ascii_case("raw"));
     match &error.reason {
-        ReadError::NoLayout | ReadError::UnknownFormat(_) => Headerless::guess(source, progress).map(About::Headerless),
+        ReadError::NoLayout => Headerless::guess(source, progress).map(About::Headerless),
+        // Among scans it is rather something that was dropped with them.
+        ReadError::UnknownFormat(_) if is_alone => Headerless::guess(source, progress).map(About::Headerless),
         // Its name says something else than it holds.
         ReadError::Truncated { .. } | ReadError::TooLong(_) if is_raw => Headerless::guess(source, progress).map(About::Headerless),
         ReadError::TooLarge { smaller, .. } => {

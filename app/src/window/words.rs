@@ -7,10 +7,7 @@ const DEEDS: [(&str, &str); 17] = [
     ("; pass --spacing X,Y,Z", "; correct it in the scan's panel"),
     ("pass --uneven resample to have them interpolated", "have them interpolated"),
     ("a preview with --reduce", "a preview of one sample in"),
-    (
-        "describe a headerless file with --raw",
-        "give a headerless file a name that says its size and type, such as skull_256x256x128_uint16.raw",
-    ),
+    ("describe a headerless file with --raw", "open a headerless file by itself, and say how its samples lie"),
     ("pass --raw WxHxD,u8|u16|i16|f32[,be][,skip=N]", "give it a name that does, such as skull_256x256x128_uint16.raw"),
     ("pass --raw if that is wrong", "rename it if that is wrong"),
     ("check --raw", "check the numbers in its name"),
@@ -23,6 +20,16 @@ const DEEDS: [(&str, &str); 17] = [
     ("use --backend cpu or a smaller --size", "make the window smaller"),
     ("use --backend cpu", "let the processor draw"),
 ];
+
+/// The type of samples.
+pub fn type_words(name: &str) -> &'static str {
+    match name {
+        "u8" => "8 bits",
+        "u16" => "16 bits, unsigned",
+        "i16" => "16 bits, signed",
+        _ => "32 bits, decimals",
+    }
+}
 
 /// A sentence in the window's words.
 pub fn in_the_window(sentence: &str) -> String {

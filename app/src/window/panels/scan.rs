@@ -2,7 +2,7 @@
 
 use super::super::bench::Bench;
 use super::super::measured::Work;
-use super::super::words::in_the_window;
+use super::super::words::{in_the_window, type_words};
 use bregma_field::{Correction, Turn, Volume};
 use bregma_measure::export::suffix;
 use bregma_session::{Opened, Source};
@@ -266,7 +266,7 @@ fn facts(ui: &mut Ui, source: &Source, volume: &Volume) {
         };
         fact("File", place);
         fact("Form", volume.format().to_owned());
-        fact("Samples", format!("{nx} × {ny} × {nz} of {}, {mib:.1} MiB", volume.type_name()));
+        fact("Samples", format!("{nx} × {ny} × {nz} of {}; {mib:.1} MiB", type_words(volume.type_name())));
         fact("Values", format!("{} to {}{}", round(low), round(high), suffix(volume.unit())));
     });
 }

@@ -162,7 +162,7 @@ impl<'a> Look<'a> {
         let RawLayout { sample, .. } = self.layout;
         let size = sample.bytes() as u64;
         let Ok(samples) = usize::try_from((there - skip) / size) else { return vec![] };
-        if (there - skip) % size != 0 {
+        if !(there - skip).is_multiple_of(size) {
             return vec![];
         }
         let divisors = |n: usize| SIDES.filter(move |side| n.is_multiple_of(*side));
@@ -193,6 +193,6 @@ struct Places(u64);
 impl Places {
     fn below(&mut self, count: usize) -> usize {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (u128::from(self.0) * count as u128 >> 64) as usize
+        ((u128::from(self.0) * count as u128) >> 64) as usize
     }
 }
