@@ -6,7 +6,7 @@ use bregma_field::formats::{RawLayout, raw_guesses};
 use bregma_field::{Progress, Volume};
 use bregma_session::Opened;
 use bregma_synthetic::{Which, skull};
-use bregma_tests::data;
+use bregma_tests::{Random, data};
 use bregma_volume::ReadSamples;
 use std::path::PathBuf;
 
@@ -97,9 +97,20 @@ fn a_guess_opens_as_the_command_line_opens_it() {
     // What is no scan is guessed without an end, and in no time.
     std::fs::write(folder.join("text.bin"), "no samples, but words. ".repeat(50)).unwrap();
     raw_guesses(&folder.join("text.bin"), &Progress::default()).unwrap();
-    for odd in [&[7_u8; 1][..], &[7; 4096], b"ab"] {
-        std::fs::write(folder.join("odd.bin"), odd).unwrap();
-        raw_guesses(&folder.join("odd.bin"), &Progress::default()).unwrap();
+    let mut random = Random(9);
+    let mut bytes = |count: usize| (0..count).map(|_| (random.unit() * 256.0) as u8).collect::<Vec<u8>>();
+    let noise = (0..60).map(|n| bytes(n * n * n % 70_001 + 1));
+    for odd in noise.chain([vec![7; 1], vec![7; 4096], vec![0; 100_000], b"ab".into()]) {
+        std::fs::write(folder.join("odd.bin"), &odd).unwrap();
+        for guess in raw_guesses(&folder.join("odd.bin"), &Progress::default()).unwrap() {
+            let bytes = guess.dims().iter().product::<usize>()
+                * if guess.type_name() == "f32" { 4 } else { 1 + usize::from(guess.type_name() != "u8") };
+            assert_eq!(bytes + guess.skip() as usize, odd.len(), "{guess} does not use the file");
+            let (size, values) = guess.middle_slice(&folder.join("odd.bin"), 50).unwrap();
+            assert!(values.len() == size[0] * size[1] && size.iter().all(|side| *side <= 50), "{guess}: {size:?}");
+        }
+        let beyond = RawLayout::new([1 << 40, 1 << 40, 3], "f32", false, u64::MAX).unwrap();
+        assert!(beyond.middle_slice(&folder.join("odd.bin"), 50).is_err());
     }
     std::fs::remove_dir_all(folder).unwrap();
 }

@@ -107,6 +107,16 @@ fn about_middle(grid: &Grid, turn: DMat3) -> DAffine3 {
     DAffine3::from_mat3_translation(turn, middle - turn * middle)
 }
 
+/// The name of a scan of which every step-th sample is kept.
+pub(crate) fn labelled(name: &str, step: usize) -> String {
+    if step == 1 { name.to_owned() } else { format!("{name} (every {})", nth_sample(step)) }
+}
+
+/// `2nd sample`, `4th sample`.
+pub(crate) fn nth_sample(step: usize) -> String {
+    format!("{step}{} sample", if step == 2 { "nd" } else { "th" })
+}
+
 /// Three lengths, mm: to the nanometre, without zeros at their ends.
 fn lengths(mm: DVec3) -> String {
     let short = |mm: f64| format!("{mm:.6}").trim_end_matches('0').trim_end_matches('.').to_owned();

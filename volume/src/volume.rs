@@ -2,7 +2,7 @@
 
 use crate::grid::{Grid, GridError};
 use crate::histogram::Histogram;
-use crate::placing::{Correction, Placing};
+use crate::placing::{Correction, Placing, labelled};
 use crate::ranges::RangeBricks;
 use crate::samples::{Sample, Samples};
 use crate::summary::{ScaleError, Summary, Unit};
@@ -294,16 +294,6 @@ impl ReadSamples for Volume {
     }
 }
 
-/// The name of a scan of which every step-th sample is kept.
-pub(crate) fn labelled(name: &str, step: usize) -> String {
-    if step == 1 { name.to_owned() } else { format!("{name} (every {})", nth_sample(step)) }
-}
-
-/// `2nd sample`, `4th sample`.
-pub(crate) fn nth_sample(step: usize) -> String {
-    format!("{step}{} sample", if step == 2 { "nd" } else { "th" })
-}
-
 /// The sentence about samples that are no usable numbers.
 pub(crate) fn mended(count: usize) -> Option<String> {
     (count > 0).then(|| {
@@ -389,19 +379,6 @@ mod tests {
         let mut flat = raster(Samples::U8(vec![0; 8]), [2, 2, 2]);
         flat.slope = 0.0;
         assert!(matches!(Volume::new("flat".into(), "test", flat).unwrap_err(), VolumeError::Scale { .. }));
-    }
-
-    #[test]
-    fn what_is_made_of_a_scan_shares_its_samples_and_keeps_what_is_known() {
-        // Fails if a correction copies samples, forgets the name or a warning, or leaves slices off by what they were before it.
-        let v = Volume::new("a".into(), "test", raster(Samples::U8((0..8).collect()), [2, 2, 2])).unwrap().with_slices_off(0.2);
-        let spacing_mm = Some(DVec3::new(1.0, 1.0, 2.0));
-        let longer = v.renamed("b").corrected(Correction { spacing_mm, ..Correction::default() }).unwrap();
-        assert_eq!((longer.name(), longer.samples_id(), longer.slice_position_mm()), ("b", v.samples_id(), 0.4));
-        assert!(longer.warnings().last().is_some_and(|warning| warning.contains("1 × 1 × 2 mm is taken instead")));
-        assert_eq!((v.slice_position_mm(), v.warnings().len()), (0.2, 0));
-        let back = longer.corrected(Correction::default()).unwrap();
-        assert_eq!((back.slice_position_mm(), back.grid(), back.warnings().len()), (0.2, v.grid(), 0));
     }
 
     #[test]

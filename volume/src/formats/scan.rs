@@ -3,7 +3,8 @@
 use super::decode::{Collector, Encoding, Kept, SampleType, widen};
 use super::part::{self, Part};
 use super::{OpenError, ReadError, memory};
-use crate::volume::{self, BINS, Metadata, labelled, nth_sample};
+use crate::placing::{labelled, nth_sample};
+use crate::volume::{self, BINS, Metadata};
 use crate::{Correction, Grid, GridError, Histogram, Placing, Progress, Raster, Sample, Samples, Summary, Unit, Volume, VolumeError};
 use rayon::prelude::*;
 use std::path::PathBuf;
