@@ -29,8 +29,8 @@ impl fmt::Debug for Headerless {
 
 /// Each type.
 const TYPES: [&str; 4] = ["u8", "u16", "i16", "f32"];
-/// Guesses that are shown.
-const SHOWN: usize = 4;
+/// Guesses that are shown: the form fits into the lowest window.
+const SHOWN: usize = 3;
 /// Points along each side of the picture, and samples that it has at most.
 const SIDE: f32 = 170.0;
 const MOST_SAMPLES: usize = 340;
