@@ -16,8 +16,9 @@ mod surface;
 
 pub use bounds::Bounds;
 pub use bregma_volume::{
-    BRICK, Cancelled, Covariance, Grid, GridError, Histogram, IndexPoint, Metadata, Otsu, Progress, RangeBricks, Raster, Registration, Sample, Samples,
-    Summary, TransformError, TransformForm, Unit, Volume, VolumeError, WorldPoint, formats, read_transform, replace_file, write_transform,
+    BRICK, Cancelled, Correction, Covariance, Grid, GridError, Histogram, IndexPoint, Metadata, Otsu, Placing, Progress, RangeBricks,
+    Raster, Registration, Sample, Samples, Summary, TransformError, TransformForm, Turn, TurnError, Unit, Volume, VolumeError, WorldPoint,
+    formats, read_transform, replace_file, write_transform,
 };
 pub use clip::{Clip, Region, Shape};
 pub use ray::Ray;

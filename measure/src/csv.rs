@@ -18,10 +18,12 @@ pub struct Made {
     pub date: String,
     /// The file of each scan, by its number among all volumes; empty for scans without files.
     pub files: Vec<String>,
+    /// What was corrected of where the scans lie, in sentences; rays have these among their own notes.
+    pub notes: Vec<String>,
 }
 
 /// The columns.
-pub const COLUMNS: [&str; 48] = [
+pub const COLUMNS: [&str; 49] = [
     "kind",
     "ray",
     "name",
@@ -38,6 +40,7 @@ pub const COLUMNS: [&str; 48] = [
     "threshold_error_mm",
     "noise_error_mm",
     "sampling_error_mm",
+    "slice_error_mm",
     "blur_error_mm",
     "registration_error_mm",
     "error_without",
@@ -149,6 +152,7 @@ fn errors(u: &Uncertainty) -> Cells {
         ("threshold_error_mm", mm(u.threshold_error_mm)),
         ("noise_error_mm", mm(u.noise_error_mm)),
         ("sampling_error_mm", mm(u.sampling_error_mm)),
+        ("slice_error_mm", mm(u.slice_error_mm)),
         ("blur_error_mm", mm(u.blur_error_mm)),
         ("registration_error_mm", known(u.registration_error_mm)),
     ]

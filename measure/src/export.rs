@@ -174,7 +174,8 @@ fn differences_of(d: &DifferenceRay, volume: usize, bone: usize) -> String {
 
 fn markup_line(d: &DifferenceRay, label: &str, s: &Segment, differences: &str) -> Value {
     let at = |t_mm: f64| -> [f64; 3] { std::array::from_fn(|a| d.ray.origin_mm[a] + t_mm * d.ray.direction[a]) };
-    let told = |t_mm: f64| format!("{} mm along the ray{}{differences}", fixed(t_mm, 3), extent(d));
+    let notes: String = d.notes.iter().map(|note| format!("; {note}")).collect();
+    let told = |t_mm: f64| format!("{} mm along the ray{}{differences}{notes}", fixed(t_mm, 3), extent(d));
     let point = |n: usize, t_mm: f64| control_point(n, &format!("{label}-{n}"), &told(t_mm), at(t_mm));
     json!({
         "type": "Line",
@@ -202,9 +203,24 @@ pub fn map_csv(mesh: &Mesh, values: &[f32]) -> String {
 }
 
 /// A map as PLY 1.0, binary, little-endian (Turk 1994): vertices with normals, colours and `thickness_mm`, NaN where there is none; triangles.
-pub fn map_ply(mesh: &Mesh, values: &[f32], color: impl Fn(f32) -> [u8; 3]) -> Vec<u8> {
+/// `notes` are comments.
+pub fn map_ply(mesh: &Mesh, values: &[f32], notes: &[String], color: impl Fn(f32) -> [u8; 3]) -> Vec<u8> {
+    let plain = |note: &String| {
+        note.chars()
+            .map(|c| {
+                if c == '×' {
+                    'x'
+                } else if c.is_ascii() && !c.is_control() {
+                    c
+                } else {
+                    '_'
+                }
+            })
+            .collect::<String>()
+    };
+    let notes: String = notes.iter().map(|note| format!("comment {}\n", plain(note))).collect();
     let header = format!(
-        "ply\nformat binary_little_endian 1.0\ncomment LPS, mm\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\nproperty float nx\nproperty float ny\nproperty float nz\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nproperty float thickness_mm\nelement face {}\nproperty list uchar uint vertex_indices\nend_header\n",
+        "ply\nformat binary_little_endian 1.0\ncomment LPS, mm\n{notes}element vertex {}\nproperty float x\nproperty float y\nproperty float z\nproperty float nx\nproperty float ny\nproperty float nz\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nproperty float thickness_mm\nelement face {}\nproperty list uchar uint vertex_indices\nend_header\n",
         mesh.vertices.len(),
         mesh.triangles.len()
     );

@@ -60,14 +60,21 @@ pub fn probe_cut(
     cast(volumes, measured, Some(clips), ray)
 }
 
+/// What was corrected of where a scan lies, each a sentence that names it.
+pub fn corrections(volume: &Volume) -> Vec<String> {
+    volume.placing().notes().into_iter().map(|note| format!("{}: {note}", volume.name())).collect()
+}
+
 fn cast(
     volumes: &[Arc<Volume>],
     measured: impl IntoIterator<Item = impl Into<Measured>>,
     clips: Option<&[Clip]>,
     ray: &Ray,
 ) -> Result<DifferenceRay, GridError> {
-    let visible = volumes.iter().zip(measured.into_iter().map(Into::into)).enumerate().filter(|(_, (_, measured))| measured.visible);
-    let records = visible.map(|(index, (volume, measured))| {
+    let visible: Vec<(usize, (&Arc<Volume>, Measured))> =
+        volumes.iter().zip(measured.into_iter().map(Into::into)).enumerate().filter(|(_, (_, measured))| measured.visible).collect();
+    let corrections: Vec<String> = visible.iter().flat_map(|(_, (volume, _))| corrections(volume)).collect();
+    let records = visible.into_iter().map(|(index, (volume, measured))| {
         let whole = Surface::new(volume, measured.iso, measured.transform)?;
         let left = clips.map(|clips| whole.clone().cut(clips, index)).filter(|left| !left.region.is_all());
         Ok(VolumeRecord { index, ..record(&whole, left.as_ref(), &measured, ray) })
@@ -77,7 +84,7 @@ fn cast(
     Ok(DifferenceRay {
         ray: RayRecord { origin_mm: ray.origin.0.to_array(), direction: ray.direction.to_array() },
         as_cut: clips.is_some(),
-        notes: unlike_thresholds(&thresholds).into_iter().collect(),
+        notes: unlike_thresholds(&thresholds).into_iter().chain(corrections).collect(),
         pairs: pairs(&volumes),
         ledger: ledger(&volumes),
         volumes,
@@ -117,6 +124,9 @@ fn record(whole: &Surface, left: Option<&Surface>, measured: &Measured, ray: &Ra
     };
     VolumeRecord {
         name: volume.name().to_owned(),
+        spacing_mm: volume.grid().spacing_mm().to_array(),
+        stated_spacing_mm: volume.placing().overridden_mm().map(|mm| mm.to_array()),
+        turn: Some(volume.placing().correction().turn).filter(|turn| !turn.is_none()),
         iso: measured.iso,
         unit: volume.unit(),
         iso_tolerance,

@@ -1,8 +1,8 @@
 //! What a difference ray found, as it is written down.
 
 use crate::uncertainty::{EndError, Registered, Uncertainty};
-use bregma_field::{Covariance, Unit};
 use bregma_field::crossings::Kind;
+use bregma_field::{Covariance, Turn, Unit};
 use serde::Serialize;
 
 /// The whole answer. Serialises to the agreed JSON (see the guide).
@@ -36,6 +36,14 @@ pub struct RayRecord {
 pub struct VolumeRecord {
     /// Its name.
     pub name: String,
+    /// How far its samples are apart, along i, j and k.
+    pub spacing_mm: [f64; 3],
+    /// How far its file states that they are, where the person put another spacing in its place.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stated_spacing_mm: Option<[f64; 3]>,
+    /// How the person turned it, or mirrored it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub turn: Option<Turn>,
     /// Isovalue, in the volume's values.
     pub iso: f64,
     /// HU or value.

@@ -25,6 +25,8 @@ pub struct Uncertainty {
     /// Between samples the scan is not what interpolation makes of it: as far as an edge of this blur, seen along this ray, is off on
     /// average over all places that it may have between the samples.
     pub sampling_error_mm: f64,
+    /// Slices lie elsewhere than the grid has them: as far as that moves the ends, each with its slice.
+    pub slice_error_mm: f64,
     /// Shift of both ends by blur: toward the hollow side of a curved boundary, and into a wall whose other side is near.
     pub blur_error_mm: f64,
     /// The volume's registration: as far as moving the scan by its covariance, or by its residual, changes the length; null where neither is
@@ -126,6 +128,9 @@ pub struct EndError {
     /// Standard deviations.
     noise_mm: f64,
     sampling_mm: f64,
+    /// How far it moves into the bone when its slice is a standard deviation higher up than the grid has it, and where it lies among the slices.
+    slice_mm: f64,
+    slice: f64,
     /// How far blur moves it into the bone.
     blur_mm: f64,
     /// How far it moves into the bone for each mm that the scan moves. The ray's own origin stays.
@@ -139,11 +144,13 @@ pub fn of_ends(surface: &Surface, iso: f64, tolerance: f64, ray: &Ray, ends: [En
     let length_mm = ends[1].crossing.t_mm - ends[0].crossing.t_mm;
     let boundaries = || ends.iter().filter(|end| end.is_boundary());
     let wall_mm = length_mm * boundaries().map(|end| end.cosine(ray)).fold(1.0, f64::min);
+    let slice_off = slice_off_mm(surface);
     let of_end = |end: &End<'_>, into: f64| {
         // Moving the scan by v moves an end by v·n/(n·d).
         let moved = if end.crossing.at_origin { DVec3::ZERO } else { into * end.normal() / end.normal().dot(ray.direction) };
         let turned_mm = ray.at(end.crossing.t_mm).0.cross(moved);
-        let at_cut = EndError { root_mm: end.crossing.error_mm, moved, turned_mm, ..EndError::default() };
+        let (slice_mm, slice) = (moved.dot(slice_off), end.crossing.point.0.z);
+        let at_cut = EndError { root_mm: end.crossing.error_mm, slice_mm, slice, moved, turned_mm, ..EndError::default() };
         if !end.is_boundary() {
             return at_cut;
         }
@@ -211,22 +218,41 @@ pub fn of_difference(scans: [Ends<'_>; 2]) -> Uncertainty {
     let threshold_error_mm = of_both(&|scan| scan.of.iter().map(|end| end.threshold_mm).sum());
     let noise = all().map(|end| end.noise_mm.powi(2)).sum::<f64>().sqrt();
     let sampling = all().map(|end| end.sampling_mm.powi(2)).sum::<f64>().sqrt();
+    let slice_error_mm = IN_95_OF_100 * of_both(&|scan| of_slices_mm(scan.of));
     let [first, second] = scans.map(|scan| scan.of.iter().map(|end| end.blur_mm).sum::<f64>());
     let blur_error_mm = (second - first).abs();
     let registered = |scan: Ends<'_>| scan.registered.deviation_mm(scan.of);
     let is_registered = scans.iter().any(|scan| scan.registered.is_known());
     let registration_error_mm = is_registered.then(|| IN_95_OF_100 * of_both(&registered));
     let (noise_error_mm, sampling_error_mm) = (IN_95_OF_100 * noise, IN_95_OF_100 * sampling);
-    let parts = [root_error_mm, threshold_error_mm, noise_error_mm, sampling_error_mm, registration_error_mm.unwrap_or(0.0)];
+    let registered_mm = registration_error_mm.unwrap_or(0.0);
+    let parts = [root_error_mm, threshold_error_mm, noise_error_mm, sampling_error_mm, slice_error_mm, registered_mm];
     Uncertainty {
         root_error_mm,
         threshold_error_mm,
         noise_error_mm,
         sampling_error_mm,
+        slice_error_mm,
         blur_error_mm,
         registration_error_mm,
         error_mm: parts.iter().map(|part| part * part).sum::<f64>().sqrt() + blur_error_mm,
     }
+}
+
+/// How far a slice is off, as a vector: one standard deviation. Of an error nothing is known but its largest size, so that all up to it are as
+/// likely (JCGM 100:2008, 4.3.7).
+fn slice_off_mm(surface: &Surface) -> DVec3 {
+    let steps = surface.volume.slice_position_mm() / surface.volume.grid().spacing_mm().z;
+    surface.grid.index_to_world().matrix3.z_axis * steps / 3.0_f64.sqrt()
+}
+
+/// Standard deviation of what ends of one scan are off together by where its slices lie. Slices are off each by itself, so that ends move
+/// together as far as they lie between the same two.
+fn of_slices_mm(ends: &[EndError]) -> f64 {
+    let together = |a: &EndError, b: &EndError| (1.0 - (a.slice - b.slice).abs()).max(0.0);
+    let square: f64 = ends.iter().flat_map(|a| ends.iter().map(move |b| a.slice_mm * b.slice_mm * together(a, b))).sum();
+    // Rounding can leave less than nothing where the ends' shifts cancel.
+    square.max(0.0).sqrt()
 }
 
 /// Standard deviation of an end along the ray by the samples' noise.

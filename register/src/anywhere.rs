@@ -153,7 +153,13 @@ impl<'a> Search<'a> {
             let p = p.moved(&pose);
             Some((p, self.fixed.at(p.point)?))
         });
-        let of_fixed = self.pair.fixed.points.iter().take(POINTS).filter_map(|q| Some((self.moving.at(back.transform_point3(q.point))?.moved(&pose), *q)));
+        let of_fixed = self
+            .pair
+            .fixed
+            .points
+            .iter()
+            .take(POINTS)
+            .filter_map(|q| Some((self.moving.at(back.transform_point3(q.point))?.moved(&pose), *q)));
         let mut weights = vec![];
         let rows = of_moving.chain(of_fixed).filter(|(p, q)| p.normal.dot(q.normal) > 0.5).filter_map(|(p, q)| {
             let part = p.point.distance_squared(q.point) / (reach_mm * reach_mm);

@@ -28,7 +28,9 @@ pub enum Freedom {
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum LandmarkFitError {
     /// Too few.
-    #[error("{paired} landmarks are set in both scans under the same name, {needed} are needed; set more, or give those that are the same point the same name")]
+    #[error(
+        "{paired} landmarks are set in both scans under the same name, {needed} are needed; set more, or give those that are the same point the same name"
+    )]
     TooFew {
         /// Pairs.
         paired: usize,
@@ -127,7 +129,13 @@ fn paired(moving: &[Landmark], fixed: &[Landmark], scans: [&str; 2]) -> Result<(
 }
 
 /// Brings the `moving` landmarks onto the `fixed` ones of the same names; those called as one of `left_out` take no part. `scans` are their names.
-pub fn fit(moving: &[Landmark], fixed: &[Landmark], scans: [&str; 2], freedom: Freedom, left_out: &[String]) -> Result<LandmarkFit, LandmarkFitError> {
+pub fn fit(
+    moving: &[Landmark],
+    fixed: &[Landmark],
+    scans: [&str; 2],
+    freedom: Freedom,
+    left_out: &[String],
+) -> Result<LandmarkFit, LandmarkFitError> {
     let (mut pairs, mut notes) = paired(moving, fixed, scans)?;
     pairs.iter_mut().for_each(|p| p.used = !left_out.contains(&p.name));
     let used: Vec<[DVec3; 2]> = pairs.iter().filter(|p| p.used).map(|p| [p.moving_mm, p.fixed_mm]).collect();
@@ -136,7 +144,8 @@ pub fn fit(moving: &[Landmark], fixed: &[Landmark], scans: [&str; 2], freedom: F
     let rms_mm = rms(&used, &pose);
     let middle = middle_of(&used, 1);
     for n in 0..pairs.len() {
-        let without: Vec<_> = (0..pairs.len()).filter(|m| *m != n && pairs[*m].used).map(|m| [pairs[m].moving_mm, pairs[m].fixed_mm]).collect();
+        let without: Vec<_> =
+            (0..pairs.len()).filter(|m| *m != n && pairs[*m].used).map(|m| [pairs[m].moving_mm, pairs[m].fixed_mm]).collect();
         let pair = &mut pairs[n];
         pair.residual_mm = pose.transform_point3(pair.moving_mm).distance(pair.fixed_mm);
         if refuse(&without, freedom).is_ok() {
@@ -271,7 +280,8 @@ fn is_outlier(others: &[[DVec3; 2]], pose: &DAffine3, pair: &Paired, count: usiz
     let inverse = normal_inverse(others, pose, middle);
     let at = rows(pose.transform_point3(pair.moving_mm), middle);
     // Its own error, and that of the pose there, a third along each axis.
-    let of_pose: f64 = at.iter().map(|row| symmetric::times(&inverse, row).iter().zip(row).map(|(a, b)| a * b).sum::<f64>()).sum::<f64>() / 3.0;
+    let of_pose: f64 =
+        at.iter().map(|row| symmetric::times(&inverse, row).iter().zip(row).map(|(a, b)| a * b).sum::<f64>()).sum::<f64>() / 3.0;
     let off = pose.transform_point3(pair.moving_mm).distance_squared(pair.fixed_mm) / 3.0;
     let ratio = off / (variance * (1.0 + of_pose));
     F { above: 3.0, below: left }.beyond(ratio) < 0.05 / count as f64
@@ -299,8 +309,13 @@ fn with_sides_looked_at(mut fit: LandmarkFit, used: &[[DVec3; 2]], freedom: Free
     };
     let mirrored: Vec<[DVec3; 2]> = used.iter().map(|[x, y]| [*x * DVec3::new(-1.0, 1.0, 1.0), *y]).collect();
     let mut notes = vec![];
-    if exchanged != used && let Some(found) = better(&exchanged) {
-        notes.push(format!("left and right seem exchanged in one scan: with the names of the sides exchanged {found:.3} mm are left, not {:.3}", fit.rms_mm));
+    if exchanged != used
+        && let Some(found) = better(&exchanged)
+    {
+        notes.push(format!(
+            "left and right seem exchanged in one scan: with the names of the sides exchanged {found:.3} mm are left, not {:.3}",
+            fit.rms_mm
+        ));
     } else if let Some(found) = better(&mirrored) {
         notes.push(format!("one scan seems to be a mirror image: mirrored, {found:.3} mm are left, not {:.3}", fit.rms_mm));
     }
@@ -332,7 +347,11 @@ mod tests {
     }
 
     fn named(points: &[DVec3], names: &[&str]) -> Vec<Landmark> {
-        points.iter().enumerate().map(|(n, p)| Landmark::at(names.get(n).map_or_else(|| format!("p{n}"), ToString::to_string), *p)).collect()
+        points
+            .iter()
+            .enumerate()
+            .map(|(n, p)| Landmark::at(names.get(n).map_or_else(|| format!("p{n}"), ToString::to_string), *p))
+            .collect()
     }
 
     fn normal(random: &mut Random) -> f64 {
@@ -362,7 +381,10 @@ mod tests {
             let shear = DMat3::from_cols(DVec3::new(1.1, 0.1, 0.0), DVec3::new(0.0, 0.9, -0.2), DVec3::new(0.3, 0.0, 1.0));
             let truths = [
                 (Freedom::Rigid, rigid),
-                (Freedom::Similarity, rigid * DAffine3::from_translation(far) * DAffine3::from_scale(DVec3::splat(scale)) * DAffine3::from_translation(-far)),
+                (
+                    Freedom::Similarity,
+                    rigid * DAffine3::from_translation(far) * DAffine3::from_scale(DVec3::splat(scale)) * DAffine3::from_translation(-far),
+                ),
                 (Freedom::Affine, rigid * DAffine3::from_translation(far) * DAffine3::from_mat3(shear) * DAffine3::from_translation(-far)),
             ];
             for (freedom, truth) in truths {
@@ -426,14 +448,22 @@ mod tests {
         let mut random = Random(4);
         let half = random_points(&mut random, 5);
         let mirror = |p: &DVec3| *p * DVec3::new(-1.0, 1.0, 1.0);
-        let styles = [["po-L", "po-R"], ["Orbitale left", "Orbitale right"], ["l. zygion", "r. zygion"], ["ZYG_L", "ZYG_R"], ["porion sin.", "porion dex."]];
+        let styles = [
+            ["po-L", "po-R"],
+            ["Orbitale left", "Orbitale right"],
+            ["l. zygion", "r. zygion"],
+            ["ZYG_L", "ZYG_R"],
+            ["porion sin.", "porion dex."],
+        ];
         let mut points: Vec<DVec3> = half.iter().flat_map(|p| [*p, mirror(p)]).collect();
         let mut names: Vec<&str> = styles.iter().flatten().copied().collect();
         points.extend([DVec3::new(0.0, 60.0, 5.0), DVec3::new(0.0, -50.0, 30.0), DVec3::new(0.0, 0.0, 66.0)]);
         names.extend(["nasion", "opisthion", "Lambda"]);
         let pose = some_pose(&mut random);
         let moved: Vec<DVec3> = points.iter().map(|p| pose.transform_point3(*p) + noise(&mut random, 0.5)).collect();
-        let notes = |moved: &[DVec3], names_b: &[&str]| fit(&named(&points, &names), &named(moved, names_b), SCANS, Freedom::Rigid, &[]).unwrap().notes.join("; ");
+        let notes = |moved: &[DVec3], names_b: &[&str]| {
+            fit(&named(&points, &names), &named(moved, names_b), SCANS, Freedom::Rigid, &[]).unwrap().notes.join("; ")
+        };
         assert_eq!(notes(&moved, &names), "");
         let exchanged: Vec<String> = names.iter().map(|n| other_side(n).unwrap_or_else(|| (*n).to_owned())).collect();
         let exchanged: Vec<&str> = exchanged.iter().map(String::as_str).collect();

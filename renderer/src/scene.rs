@@ -237,7 +237,13 @@ impl Layer {
 
 impl From<&Layer> for Measured {
     fn from(layer: &Layer) -> Self {
-        Self { iso: layer.iso, transform: layer.transform, residual_mm: layer.residual_mm, covariance: layer.covariance.clone(), visible: layer.visible }
+        Self {
+            iso: layer.iso,
+            transform: layer.transform,
+            residual_mm: layer.residual_mm,
+            covariance: layer.covariance.clone(),
+            visible: layer.visible,
+        }
     }
 }
 

@@ -4,6 +4,7 @@
 //! A [`Source`] names a scan; [`Opened`] is scans in memory with their scene; a [`Session`] is what a file keeps of them, and a [`Measurement`]
 //! what it keeps of a ray.
 
+mod arrange;
 pub mod chart;
 mod compare;
 mod date;

@@ -173,9 +173,12 @@ impl Opened {
 
     /// Adds the landmarks of a file. One that belongs to a scan that is not open belongs to none.
     pub fn take_landmarks(&mut self, file: &Path) -> Result<(), InputError> {
-        let is_open = |scan: &String| self.volumes.iter().any(|v| v.name() == scan);
+        // They know their scan by the name that it has here, or by its file's.
+        let by_name = |scan: &str| self.volumes.iter().position(|v| v.name() == scan);
+        let by_file = |scan: &str| self.sources.iter().position(|source| source.file_name() == scan);
+        let open = |scan: String| Some(self.volumes[by_name(&scan).or_else(|| by_file(&scan))?].name().to_owned());
         let mut landmarks = bregma_measure::landmarks::read(file)?;
-        landmarks.iter_mut().for_each(|l| l.scan = l.scan.take().filter(is_open));
+        landmarks.iter_mut().for_each(|l| l.scan = l.scan.take().and_then(open));
         self.landmarks.extend(landmarks);
         Ok(())
     }
@@ -196,8 +199,14 @@ impl Opened {
     }
 
     fn registration(&self, n: usize, file: &Path) -> Result<Registration, InputError> {
-        let others = self.volumes.iter().enumerate().filter(|(m, _)| *m != n).map(|(_, v)| v.name());
-        Ok(read_transform(file, self.volumes[n].name(), &others.collect::<Vec<_>>())?)
+        let by = |names: &[String]| {
+            let others: Vec<&str> = names.iter().enumerate().filter(|(m, _)| *m != n).map(|(_, name)| name.as_str()).collect();
+            read_transform(file, &names[n], &others)
+        };
+        // It knows scans by the names that they have here, or by their files'. Scans made in the program have no sources.
+        let names: Vec<String> = self.volumes.iter().map(|v| v.name().to_owned()).collect();
+        let files: Vec<String> = self.sources.iter().map(Source::file_name).collect();
+        Ok(by(&names).or_else(|error| if files.len() == names.len() { by(&files).map_err(|_| error) } else { Err(error) })?)
     }
 
     fn registered(&mut self, n: usize, file: &Path) -> Result<(), InputError> {
@@ -259,6 +268,11 @@ impl Opened {
         bregma_measure::unlike_thresholds(&visible.map(|(volume, layer)| (volume.name(), layer.iso, volume.unit())).collect::<Vec<_>>())
     }
 
+    /// What was corrected of where the scans lie, each a sentence that names its scan. All that is measured on them has these beside it.
+    pub fn corrections(&self) -> Vec<String> {
+        self.volumes.iter().flat_map(|v| bregma_measure::corrections(v)).collect()
+    }
+
     /// What people should know about the scans and their isovalues before they trust a picture or a number.
     pub fn warnings(&self) -> Vec<String> {
         let of_files = self.volumes.iter().flat_map(|v| v.warnings().iter().map(move |w| format!("{}: {w}", v.name())));
@@ -295,7 +309,10 @@ fn bone_points(surface: &Surface) -> Vec<DVec3> {
 /// The scan of a source in memory.
 fn load(source: &Source, progress: &Progress) -> Result<Arc<Volume>, InputError> {
     Ok(Arc::new(match source.built_in {
-        Some(skull) => skull.scan(progress)?,
+        Some(skull) => {
+            let made = skull.scan(progress)?.corrected(source.correction());
+            made.map_err(|reason| OpenError { file: source.file.clone(), reason: reason.into() })?.renamed(&source.name())
+        }
         None => source.scan(progress)?.load(progress)?,
     }))
 }

@@ -34,7 +34,8 @@ impl Origin {
 /// What stands in every row of a table of what is measured now.
 pub fn made(opened: &Opened) -> Made {
     let file = |source: &Source| source.absolute().file.display().to_string();
-    Made { program: PROGRAM.into(), date: now(), files: opened.sources.iter().map(file).collect() }
+    let files = opened.sources.iter().map(file).collect();
+    Made { program: PROGRAM.into(), date: now(), files, notes: opened.corrections() }
 }
 
 /// Why a file gives no measurements.

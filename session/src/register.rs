@@ -215,9 +215,17 @@ fn report(found: &Found, covariance: &Covariance, voxel_mm: f64, freedom: Freedo
             fixed(found.agreement, 2)
         ));
     }
-    notes.extend(covariance.undetermined.iter().map(|motion| format!("nothing holds {}: lengths that it changes have no bound", motion_in_words(motion))));
+    notes.extend(
+        covariance
+            .undetermined
+            .iter()
+            .map(|motion| format!("nothing holds {}: lengths that it changes have no bound", motion_in_words(motion))),
+    );
     if is_of_two {
-        notes.push("two objects, or one that changed: the ± of the pose is the spread of what parts of the surface would choose, not an error".into());
+        notes.push(
+            "two objects, or one that changed: the ± of the pose is the spread of what parts of the surface would choose, not an error"
+                .into(),
+        );
     }
     let along = |axis: DVec3| covariance.variance_at(covariance.centre_mm, axis).sqrt();
     let surfaces = SurfaceReport {
@@ -256,7 +264,13 @@ fn motion_in_words(motion: &[f64; 6]) -> String {
 }
 
 /// Writes a registration of two scans that are open, in the form that its name asks for; JSON says by what it was made and from what.
-pub fn write(file: &Path, opened: &Opened, [moving, fixed]: [usize; 2], order: &Order, registered: &Registered) -> Result<(), RegisterError> {
+pub fn write(
+    file: &Path,
+    opened: &Opened,
+    [moving, fixed]: [usize; 2],
+    order: &Order,
+    registered: &Registered,
+) -> Result<(), RegisterError> {
     let names = [moving, fixed].map(|n| opened.volumes[n].name());
     Ok(write_transform(file, names, &registered.registration, record(opened, [moving, fixed], order, registered))?)
 }

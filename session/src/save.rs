@@ -4,6 +4,7 @@ use crate::measurement::Measurement;
 use crate::output::{OutputError, write_figure, write_png, write_whole};
 use crate::thickness::Coat;
 use crate::thickness_picture;
+use bregma_measure::corrections;
 use bregma_measure::csv::{self, Made};
 use bregma_measure::export::{self, Named};
 use bregma_measure::landmarks::{self, Landmark};
@@ -62,9 +63,9 @@ pub fn rays(file: &Path, rays: &[Named<'_>], made: &Made, records: impl FnOnce()
 pub fn landmarks(file: &Path, points: &[Landmark], specimen: &str, made: &Made) -> Result<(), SaveError> {
     let name = lower_name(file);
     let text = if name.ends_with(".mrk.json") {
-        format!("{:#}\n", landmarks::markups(points))
+        format!("{:#}\n", landmarks::markups(points, &made.notes))
     } else if name.ends_with(".fcsv") {
-        landmarks::fcsv(points)
+        landmarks::fcsv(points, &made.notes)
     } else if name.ends_with(".tps") {
         landmarks::tps(points, specimen)
     } else if name.ends_with(".txt") {
@@ -83,7 +84,7 @@ pub fn map(file: &Path, Coat { map, scale }: &Coat) -> Result<(), SaveError> {
     if name.ends_with(".csv") {
         Ok(write_whole(file, export::map_csv(&map.mesh, &map.values).as_bytes())?)
     } else if name.ends_with(".ply") {
-        Ok(write_whole(file, &export::map_ply(&map.mesh, &map.values, |mm| scale.color(mm)))?)
+        Ok(write_whole(file, &export::map_ply(&map.mesh, &map.values, &corrections(&map.surface.volume), |mm| scale.color(mm)))?)
     } else {
         Err(SaveError::Form { file: file.to_owned(), forms: ".csv or .ply" })
     }

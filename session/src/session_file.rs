@@ -76,8 +76,9 @@ impl Session {
         if session.volumes.len() != session.scene.layers.len() {
             return Err(fail(format!("it has {} volumes but {} layers", session.volumes.len(), session.scene.layers.len())));
         }
-        if source.transform.is_some() || source.spacing_mm.is_some() {
-            return Err(fail("a session has transforms and spacings of its own: --transform and --spacing are for scans".into()));
+        if source.transform.is_some() || source.spacing_mm.is_some() || !source.turn.is_none() {
+            let text = "a session has transforms, spacings and turns of its own: --transform, --spacing and --turn are for scans";
+            return Err(fail(text.into()));
         }
         if session.scene.layers.iter().any(|l| !l.transform.is_finite() || l.transform.matrix3.determinant() == 0.0) {
             return Err(fail("one of its transforms cannot be inverted".into()));

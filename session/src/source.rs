@@ -1,7 +1,7 @@
 //! A scan as the person names it.
 
 use bregma_field::formats::{self, Hints, OpenError, RawLayout, RawLayoutError, Reduce, Scan, Uneven};
-use bregma_field::{Cancelled, Progress, Volume};
+use bregma_field::{Cancelled, Correction, Progress, Turn, Volume};
 use bregma_synthetic::Which;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -13,9 +13,15 @@ use std::str::FromStr;
 pub struct Source {
     /// The file; in a session relative to the session's folder.
     pub file: PathBuf,
-    /// Its spacing, where the file does not say.
+    /// What the person calls it, where that is not its file's name.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub called: Option<String>,
+    /// Its spacing, where the file does not say, or instead of what it says.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spacing_mm: Option<DVec3>,
+    /// How it is turned.
+    #[serde(default, skip_serializing_if = "Turn::is_none")]
+    pub turn: Turn,
     /// Its layout, where it has no header.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub raw: Option<Raw>,
@@ -34,8 +40,13 @@ pub struct Source {
 }
 
 impl Source {
-    /// What it is called: its file's name.
+    /// What it is called: as the person says, else its file's name.
     pub fn name(&self) -> String {
+        self.called.clone().unwrap_or_else(|| self.file_name())
+    }
+
+    /// The name of its file.
+    pub fn file_name(&self) -> String {
         self.file.file_name().unwrap_or(self.file.as_os_str()).to_string_lossy().into_owned()
     }
 
@@ -54,8 +65,14 @@ impl Source {
     /// Reads the headers of the scan.
     pub fn scan(&self, progress: &Progress) -> Result<Scan, OpenError> {
         let raw = self.raw.as_ref().map(|raw| raw.layout);
-        let hints = Hints { spacing_mm: self.spacing_mm, raw, reduce: self.reduce, uneven: self.uneven, series: None };
-        formats::scan(&self.file, &hints, progress)
+        let hints = Hints { spacing_mm: self.spacing_mm, turn: self.turn, raw, reduce: self.reduce, uneven: self.uneven, series: None };
+        let scan = formats::scan(&self.file, &hints, progress)?;
+        Ok(if let Some(name) = &self.called { scan.renamed(name) } else { scan })
+    }
+
+    /// What the person corrected of where it lies.
+    pub fn correction(&self) -> Correction {
+        Correction { spacing_mm: self.spacing_mm, turn: self.turn }
     }
 }
 
@@ -104,6 +121,12 @@ impl From<BuiltIn> for String {
 pub struct Raw {
     words: String,
     layout: RawLayout,
+}
+
+impl From<RawLayout> for Raw {
+    fn from(layout: RawLayout) -> Self {
+        Self { words: layout.to_string(), layout }
+    }
 }
 
 impl FromStr for Raw {

@@ -555,6 +555,66 @@ fn recorded_lengths_are_verified() {
 }
 
 #[test]
+fn a_spacing_and_a_turn_are_told_wherever_lengths_are() {
+    // Fails if a stated spacing is overridden, or a scan turned or mirrored, without a word in info, in a warning, or beside a length in any form;
+    // if a record of it cannot be measured again; or if a mirror image is made by a slip.
+    let d = folder("corrected");
+    nrrd(&d.join("ball.nrrd"), CUBE, &ball());
+    let out = ok(&d, "info ball.nrrd --spacing 1,1,2 --turn LAI");
+    assert!(
+        stdout(&out).contains("1, 1, 2 mm instead of 1, 1, 1 mm")
+            && stdout(&out).contains("LAI: left, posterior, superior are left, anterior, inferior")
+    );
+    assert!(
+        stderr(&out).contains("its file states that samples are 1 × 1 × 1 mm apart; 1 × 1 × 2 mm is taken instead"),
+        "{}",
+        stderr(&out)
+    );
+    let record: Value = serde_json::from_str(&stdout(&ok(&d, "info ball.nrrd --json --spacing 1,1,2 --turn RPS,mirror"))).unwrap();
+    assert_eq!((record["stated_spacing_mm"][2].as_f64(), record["spacing_mm"][2].as_f64()), (Some(1.0), Some(2.0)));
+    assert_eq!((record["turn"].as_str(), record["direction"][0][0].as_f64()), (Some("RPS,mirror"), Some(-1.0)));
+    // An equal one, or none, is nothing to tell.
+    let plain: Value = serde_json::from_str(&stdout(&ok(&d, "info ball.nrrd --json --spacing 1,1,1 --turn LPS"))).unwrap();
+    assert!(plain.get("stated_spacing_mm").is_none() && plain.get("turn").is_none() && plain["warnings"].as_array().unwrap().is_empty());
+    let cast = "probe ball.nrrd --spacing 1,1,2 --turn RPS,mirror --iso 0 --origin 7.3,7.4,-20 --direction 0,0,1 --format";
+    for form in ["table", "json", "csv", "markups"] {
+        let text = stdout(&ok(&d, &format!("{cast} {form}")));
+        assert!(text.contains("mirror image") && text.contains("1 × 1 × 2 mm is taken instead"), "{form}: {text}");
+    }
+    let json = stdout(&ok(&d, &format!("{cast} json")));
+    let found: Value = serde_json::from_str(&json).unwrap();
+    let volume = &found["volumes"][0];
+    assert_eq!(
+        (volume["stated_spacing_mm"][2].as_f64(), volume["spacing_mm"][2].as_f64(), volume["turn"].as_str()),
+        (Some(1.0), Some(2.0), Some("RPS,mirror"))
+    );
+    let length = |line: &str| {
+        let found: Value = serde_json::from_str(&stdout(&ok(&d, line))).unwrap();
+        found["volumes"][0]["segments"][0]["length_mm"].as_f64().unwrap()
+    };
+    let stated = length("probe ball.nrrd --iso 0 --origin 7.7,7.4,-20 --direction 0,0,1 --format json");
+    assert!((volume["segments"][0]["length_mm"].as_f64().unwrap() - 2.0 * stated).abs() < 1e-9, "{stated}");
+    // A scan that lies on its side is stood up: what was along its rows is along the world's up, about its middle.
+    let up = length("probe ball.nrrd --turn SPR --spacing 3,1,1 --iso 0 --origin 22.5,7.4,-90 --direction 0,0,1 --format json");
+    assert!((up - 3.0 * length("probe ball.nrrd --iso 0 --origin -90,7.4,7.5 --direction 1,0,0 --format json")).abs() < 1e-9, "{up}");
+    std::fs::write(d.join("ray.json"), &json).unwrap();
+    assert_eq!(stdout(&ok(&d, "verify ray.json")), "1 of 1 lengths hold\n");
+    std::fs::write(d.join("unturned.json"), json.replace("\"turn\":\"RPS,mirror\"", "\"turn\":\"LPS\"")).unwrap();
+    fails(&d, "verify unturned.json", &["is not the scan that was measured"]);
+    for (turn, part) in [("RPS", "write RPS,mirror"), ("RAS,mirror", "mirrors nothing"), ("LRS", "names no turn"), ("up", "names no turn")]
+    {
+        let out = bregma(&d, &format!("info ball.nrrd --turn {turn}"));
+        assert!(out.status.code() == Some(2) && stderr(&out).contains(part), "{turn}: {}", stderr(&out));
+    }
+    ok(&d, "convert ball.nrrd --turn RAS turned.mha");
+    let turned: Value = serde_json::from_str(&stdout(&ok(&d, "info turned.mha --json"))).unwrap();
+    assert_eq!((turned["direction"][0][0].as_f64(), turned["origin_mm"][0].as_f64()), (Some(-1.0), Some(15.0)));
+    ok(&d, "thickness ball.nrrd --turn RPS,mirror --iso 0 --out map --backend cpu");
+    assert!(std::fs::read_to_string(d.join("map/thickness.json")).unwrap().contains("mirror image"));
+    assert!(String::from_utf8_lossy(&std::fs::read(d.join("map/thickness.ply")).unwrap()[..900]).contains("mirror image"));
+}
+
+#[test]
 fn a_transform_moves_the_volume_before_it() {
     let d = folder("transform");
     nrrd(&d.join("ball.nrrd"), CUBE, &ball());

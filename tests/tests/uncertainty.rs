@@ -232,6 +232,77 @@ fn ninety_five_of_a_hundred_intervals_hold_the_true_thickness() {
     println!("all: {:.1} % of {}", 100.0 * all[0] as f64 / all[1] as f64, all[1]);
 }
 
+/// How far slice k is off.
+type Jitter<'a> = &'a dyn Fn(usize, &mut Random) -> f64;
+
+/// A slab across the slices of a grid, met within 45° by a ray, in a scan whose slices lie up to `off` steps from their even places.
+fn jittered(random: &mut Random, off: f64, jitter: Jitter<'_>) -> (Segment, f64) {
+    let mut pose = pose(random, 0, [3.0, 12.0]);
+    let (dims, map) = (pose.grid.dims(), pose.grid.index_to_world());
+    let moved: Vec<f64> = (0..dims[2]).map(|k| off * jitter(k, random)).collect();
+    let mut hu = vec![];
+    // Each slice by itself, from where it lies: the middle one of so many that blur reaches across.
+    let beside = (4.0 * pose.scanner.psf_sigma_mm / pose.grid.spacing_mm().z).ceil() as usize;
+    for (k, off) in moved.iter().enumerate() {
+        let first = map.transform_point3(DVec3::new(0.0, 0.0, k as f64 + off - beside as f64));
+        let grid = Grid::from_affine([dims[0], dims[1], 2 * beside + 2], DAffine3::from_mat3_translation(map.matrix3, first)).unwrap();
+        let scanner = Scanner { seed: pose.scanner.seed + k as u64, ..pose.scanner };
+        let stack = scanner.scan(&pose.wall, &grid, &Progress::default()).unwrap();
+        hu.extend_from_slice(stack.chunks(dims[0] * dims[1]).nth(beside).unwrap());
+    }
+    let raster =
+        Raster { grid: pose.grid.clone(), samples: Samples::I16(hu), slope: 1.0, intercept: 0.0, unit: Unit::Hounsfield, warnings: vec![] };
+    let most_mm = moved.iter().fold(0.0_f64, |most, off| most.max(off.abs())) * pose.grid.spacing_mm().z;
+    let volume = Arc::new(Volume::new("wall".into(), "test", raster).unwrap().with_slices_off(most_mm));
+    pose.iso = (BONE_HU + AIR_HU) / 2.0 + iso_tolerance(&volume) / 1.96 * normal(random);
+    let layers = [Layer { iso: pose.iso, ..Layer::new(&volume, 0, 1) }];
+    let found = probe(&[volume], &layers, &pose.ray).unwrap();
+    let longest = found.volumes[0].segments.iter().copied().max_by(|a, b| a.length_mm.total_cmp(&b.length_mm));
+    (longest.unwrap(), pose.truth_mm)
+}
+
+#[test]
+fn intervals_hold_the_truth_where_slices_jitter() {
+    // Fails if slices that lie elsewhere than the grid has them are left out of the ±, count in full for a wall along the slices, or twice where
+    // both ends lie between the same two.
+    let tenths = |k: usize, _: &mut Random| {
+        let place = k as f64 * 0.625;
+        ((place * 10.0).round() / 10.0 - place) / 0.625
+    };
+    let kinds: [(&str, f64, Jitter<'_>); 3] = [
+        ("even, up to 0.3 step", 0.3, &|_, random| 2.0 * random.unit() - 1.0),
+        ("Gaussian, σ 0.1 step", 0.1, &|_, random| normal(random).clamp(-4.0, 4.0)),
+        ("0.625 mm rounded to tenths", 1.0, &tenths),
+    ];
+    for (n, (name, off, jitter)) in kinds.into_iter().enumerate() {
+        let mut random = Random(700 + n as u64);
+        let (mut held, mut without, mut all, mut widths, mut parts) = (0, 0, 0, vec![], vec![]);
+        for _ in 0..POSES / 2 {
+            let (s, truth_mm) = jittered(&mut random, off, jitter);
+            if s.below_resolution {
+                continue;
+            }
+            let (u, is_off) = (s.uncertainty, (s.length_mm - truth_mm).abs());
+            all += 1;
+            held += usize::from(is_off <= u.error_mm);
+            let others = ((u.error_mm - u.blur_error_mm).powi(2) - u.slice_error_mm.powi(2)).max(0.0).sqrt() + u.blur_error_mm;
+            without += usize::from(is_off <= others);
+            widths.push(u.error_mm / truth_mm);
+            parts.push(u.slice_error_mm / u.error_mm);
+        }
+        widths.sort_by(f64::total_cmp);
+        parts.sort_by(f64::total_cmp);
+        let share = |count: usize| 100.0 * count as f64 / all as f64;
+        println!(
+            "slices {name}: {:.1} % of {all} hold the truth, {:.1} % without the slices' part, which is {:.2} of the ± (median)",
+            share(held),
+            share(without),
+            parts[parts.len() / 2]
+        );
+        assert!(all > POSES / 4 && (93.0..=99.5).contains(&share(held)), "{name}: {}", share(held));
+    }
+}
+
 /// Two walls, each in a scan of its own, met by one ray: the second's is brought onto the first's, but for what a registration with this
 /// residual leaves.
 fn differences(residual_mm: f64, poses: usize, seed: u64) -> ([[usize; 2]; 3], Vec<f64>) {

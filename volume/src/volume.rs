@@ -1,13 +1,15 @@
 //! A scan in memory: samples on a grid, what their numbers mean, and the ranges that speed everything up.
 
-use crate::grid::Grid;
+use crate::grid::{Grid, GridError};
 use crate::histogram::Histogram;
+use crate::placing::{Correction, Placing, labelled};
 use crate::ranges::RangeBricks;
 use crate::samples::{Sample, Samples};
 use crate::summary::{ScaleError, Summary, Unit};
 use crate::with_samples;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use thiserror::Error;
 
 /// What a file says, before it is checked and indexed.
@@ -44,17 +46,29 @@ pub type Metadata = BTreeMap<String, String>;
 /// assert_eq!(volume.default_isovalue().0, 226.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Debug)]
+///
+/// What is large is shared with those that are made of it by another name or in another place.
+#[derive(Clone, Debug)]
 pub struct Volume {
     name: String,
     format: &'static str,
-    grid: Grid,
-    samples: Samples,
-    bricks: RangeBricks,
+    placing: Placing,
+    samples: Arc<Samples>,
+    bricks: Arc<RangeBricks>,
     summary: Summary,
+    /// What was unusual about the file, whatever was corrected since.
+    of_file: Vec<String>,
     warnings: Vec<String>,
-    spacing_is_stated: bool,
+    slice_position_mm: f64,
     metadata: Metadata,
+}
+
+/// Where metadata says how far slices lie from where the grid has them. It is metadata so that every form that a scan is converted to keeps it.
+const SLICES_OFF: &str = "SlicesOffEvenMm";
+
+/// That slices lie at most `mm` from where the grid has them, as metadata; less than a nanometre is only how positions were written.
+pub(crate) fn slices_off(mm: f64) -> Option<(String, String)> {
+    (mm > 1e-6).then(|| (SLICES_OFF.to_owned(), format!("{mm:.6}")))
 }
 
 /// Why a raster is not a volume.
@@ -102,13 +116,57 @@ impl Volume {
         };
         let histogram = Histogram::build(&samples, range, BINS);
         let summary = Summary::new(slope, intercept, unit, histogram);
-        let (spacing_is_stated, metadata) = (true, Metadata::new());
-        Ok(Self { name, format, grid, samples, bricks, summary, warnings, spacing_is_stated, metadata })
+        let (samples, bricks, placing) = (Arc::new(samples), Arc::new(bricks), Placing::new(grid, true, 1));
+        let (of_file, slice_position_mm, metadata) = (warnings.clone(), 0.0, Metadata::new());
+        Ok(Self { name, format, placing, samples, bricks, summary, of_file, warnings, slice_position_mm, metadata })
     }
 
     /// The same with what its file says beside the samples.
-    pub(crate) fn with_facts(self, spacing_is_stated: bool, metadata: Metadata) -> Self {
-        Self { spacing_is_stated, metadata, ..self }
+    pub(crate) fn with_metadata(self, metadata: Metadata) -> Self {
+        let said = metadata.get(SLICES_OFF).and_then(|mm| mm.parse().ok());
+        // Anyone can write metadata: what is no length is none.
+        let slice_position_mm = said.filter(|mm: &f64| mm.is_finite() && *mm > 0.0).unwrap_or(0.0);
+        Self { slice_position_mm, metadata, ..self }
+    }
+
+    /// The same whose slices lie at most so many mm from where the grid has them, see [`Self::slice_position_mm`].
+    pub fn with_slices_off(self, mm: f64) -> Self {
+        let metadata = self.metadata.clone().into_iter().chain(slices_off(mm)).collect();
+        self.with_metadata(metadata)
+    }
+
+    /// The same where `placing` has it, which has a place for each of its samples.
+    pub(crate) fn placed(self, placing: Placing) -> Self {
+        let longer = placing.grid().spacing_mm().z / self.grid().spacing_mm().z;
+        // Which slices are off by which part of a step is not what was corrected.
+        let off_mm = self.slice_position_mm * longer;
+        let warnings = placing.warnings(&self.of_file);
+        Self { placing, warnings, ..self }.with_slices_off(off_mm)
+    }
+
+    /// The same samples where a person's `correction` has them, in the place of an earlier one. It fails where that is no grid.
+    pub fn corrected(&self, correction: Correction) -> Result<Self, GridError> {
+        Ok(self.clone().placed(self.placing.corrected(correction)?))
+    }
+
+    /// The same under another name.
+    pub fn renamed(&self, name: &str) -> Self {
+        Self { name: labelled(name, self.placing.step()), ..self.clone() }
+    }
+
+    /// Where its samples lie, and why.
+    pub fn placing(&self) -> &Placing {
+        &self.placing
+    }
+
+    /// By which those that share their samples are known.
+    pub fn samples_id(&self) -> *const Samples {
+        Arc::as_ptr(&self.samples)
+    }
+
+    /// The type of the samples: `u8`, `i16`, `u16` or `f32`.
+    pub fn type_name(&self) -> &'static str {
+        self.samples.type_name()
     }
 
     /// What the person calls it: its file's name.
@@ -123,12 +181,18 @@ impl Volume {
 
     /// Where the samples lie.
     pub fn grid(&self) -> &Grid {
-        &self.grid
+        self.placing.grid()
     }
 
     /// Whether its file, or the person, says how far samples are apart. If not, 1 mm is assumed, and no length means anything.
     pub fn spacing_is_stated(&self) -> bool {
-        self.spacing_is_stated
+        self.placing.spacing_is_stated()
+    }
+
+    /// How far a slice (all samples of one k) lies from where the grid has it, at most, mm: what their positions are off the even steps that
+    /// they were taken to have, or to have been written to. 0 where nothing is known of that.
+    pub fn slice_position_mm(&self) -> f64 {
+        self.slice_position_mm
     }
 
     /// What the file says beside the samples.
@@ -138,7 +202,7 @@ impl Volume {
 
     /// Whether the samples are whole numbers, and not float32.
     pub fn has_whole_samples(&self) -> bool {
-        !matches!(self.samples, Samples::F32(_))
+        !matches!(*self.samples, Samples::F32(_))
     }
 
     /// Memory that the samples take.
@@ -315,6 +379,19 @@ mod tests {
         let mut flat = raster(Samples::U8(vec![0; 8]), [2, 2, 2]);
         flat.slope = 0.0;
         assert!(matches!(Volume::new("flat".into(), "test", flat).unwrap_err(), VolumeError::Scale { .. }));
+    }
+
+    #[test]
+    fn what_is_made_of_a_scan_shares_its_samples_and_keeps_what_is_known() {
+        // Fails if a correction copies samples, forgets the name or a warning, or leaves slices off by what they were before it.
+        let v = Volume::new("a".into(), "test", raster(Samples::U8((0..8).collect()), [2, 2, 2])).unwrap().with_slices_off(0.2);
+        let spacing_mm = Some(DVec3::new(1.0, 1.0, 2.0));
+        let longer = v.renamed("b").corrected(Correction { spacing_mm, ..Correction::default() }).unwrap();
+        assert_eq!((longer.name(), longer.samples_id(), longer.slice_position_mm()), ("b", v.samples_id(), 0.4));
+        assert!(longer.warnings().last().is_some_and(|warning| warning.contains("1 × 1 × 2 mm is taken instead")));
+        assert_eq!((v.slice_position_mm(), v.warnings().len()), (0.2, 0));
+        let back = longer.corrected(Correction::default()).unwrap();
+        assert_eq!((back.slice_position_mm(), back.grid(), back.warnings().len()), (0.2, v.grid(), 0));
     }
 
     #[test]

@@ -339,3 +339,22 @@ fn a_jpeg_that_is_not_read_is_named_and_not_damaged() {
     let error = read_all(&folder, "twelve", vec![("IM".into(), slice.bytes())]).unwrap_err();
     assert!(error.contains("JPEG with loss of 12 bits, which is not read here") && !error.contains("damaged"), "{error}");
 }
+
+#[test]
+fn how_far_slices_are_off_is_kept_with_the_scan() {
+    // Fails if the ± of lengths across slices does not learn of slices that jitter, or forgets it when the scan is converted.
+    let folder = Folder::new("kinds-jitter");
+    let at = |k: usize| ["30", "32.1", "33.8", "36"][k];
+    let moved = |k: usize| Dicom::slice(k).with((0x20, 0x32), "DS", &format!("-10\\20\\{}", at(k))).bytes();
+    let volume = read_all(&folder, "jitter", files(moved)).unwrap();
+    assert!(volume.warnings().iter().any(|w| w.contains("not quite even")), "{:?}", volume.warnings());
+    assert!((volume.slice_position_mm() - 0.2).abs() < 1e-6, "{}", volume.slice_position_mm());
+    for form in ["a.nrrd", "a.nii.gz", "a.mha", "a.tif"] {
+        let path = folder.0.join(form);
+        formats::write(&path, &volume, &Progress::default()).unwrap();
+        let back = open(&path, &Hints::default(), &Progress::default()).unwrap();
+        assert_eq!(back.slice_position_mm(), volume.slice_position_mm(), "{form}");
+    }
+    let even = is_the_scan("even", read_all(&folder, "even", files(|k| Dicom::slice(k).bytes())));
+    assert_eq!(even.slice_position_mm(), 0.0);
+}

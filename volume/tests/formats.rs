@@ -433,7 +433,11 @@ fn an_unknown_spacing_is_said() {
         let hints = Hints { spacing_mm: Some(DVec3::new(1.0, 2.0, 3.0)), ..Hints::default() };
         let given = read(&path, &hints);
         assert!(given.spacing_is_stated(), "{}", small.name);
-        assert_eq!(given.grid().spacing_mm() == DVec3::new(1.0, 2.0, 3.0), states_none, "{}: a stated spacing was overridden", small.name);
+        assert!((given.grid().spacing_mm() - DVec3::new(1.0, 2.0, 3.0)).length() < 1e-12, "{}", small.name);
+        let is_told =
+            given.warnings().iter().any(|w| w.contains("its file states that samples are") && w.contains("1 × 2 × 3 mm is taken instead"));
+        assert_eq!(is_told, !states_none, "{}: a stated spacing was overridden in silence: {:?}", small.name, given.warnings());
+        assert_eq!(given.placing().overridden_mm().is_some(), !states_none);
     }
 }
 

@@ -58,14 +58,19 @@ fn scans_are_read_as_other_programs_read_them() {
 }
 
 #[test]
-fn a_stated_spacing_replaces_one_without_unit() {
-    // Fails if --spacing is ignored for the CThead, or changes a scan that states millimetres.
+fn a_given_spacing_takes_the_place_of_another_aloud() {
+    // Fails if --spacing is ignored, or takes the place of stated millimetres without a word.
     let Some(data) = data() else { return };
-    let hints = Hints { spacing_mm: Some(DVec3::new(0.9, 0.9, 1.8)), ..Hints::default() };
-    let spacing = |file| open(&data.join(file), &hints, &Progress::default()).unwrap().grid().spacing_mm();
-    assert_eq!(spacing("cthead-unc/CThead.nhdr"), DVec3::new(0.9, 0.9, 1.8));
-    assert_eq!(spacing("classic/engine_256x256x110_uint8.raw"), DVec3::new(0.9, 0.9, 1.8));
-    assert_eq!(spacing("cranium-invesalius/Cranium.nhdr"), DVec3::new(0.9570312, 0.9570312, 1.5));
+    let mm = DVec3::new(0.9, 0.9, 1.8);
+    let hints = Hints { spacing_mm: Some(mm), ..Hints::default() };
+    for file in
+        ["cthead-unc/CThead.nhdr", "classic/engine_256x256x110_uint8.raw", "cranium-invesalius/Cranium.nhdr", "phantom-philips/tilted"]
+    {
+        let volume = open(&data.join(file), &hints, &Progress::default()).unwrap();
+        assert!((volume.grid().spacing_mm() - mm).length() < 1e-12, "{file}: {:?}", volume.grid());
+        let is_told = volume.warnings().iter().any(|warning| warning.contains("0.9 × 0.9 × 1.8 mm is taken instead"));
+        assert_eq!(is_told, !file.contains("engine"), "{file}: {:?}", volume.warnings());
+    }
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Words and numbers of the command line. An error says what was expected; clap puts the option before it.
 
 use bregma_field::formats::{RawLayoutError, Reduce, Uneven};
+use bregma_field::{Turn, TurnError};
 use bregma_renderer::{Color, Named, Solver};
 use bregma_session::Raw;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -59,6 +60,10 @@ pub fn ball(text: &str) -> Result<(DVec3, f64), String> {
 
 pub fn spacing(text: &str) -> Result<DVec3, String> {
     point(text).ok().filter(|s| s.min_element() > 0.0).ok_or_else(|| "not three positive lengths with commas between them".into())
+}
+
+pub fn turn(text: &str) -> Result<Turn, String> {
+    text.parse().map_err(|e: TurnError| e.to_string())
 }
 
 pub fn reduce(text: &str) -> Result<Reduce, String> {

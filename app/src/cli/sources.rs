@@ -1,13 +1,14 @@
 //! The scans of a command line, each with the options that stand behind it.
 
-use super::parsers::{raw, reduce, spacing, uneven};
+use super::parsers::{raw, reduce, spacing, turn, uneven};
+use bregma_field::Turn;
 use bregma_field::formats::{Reduce, Uneven};
 use bregma_session::{Raw, Source};
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 use glam::DVec3;
 use std::path::PathBuf;
 
-/// Scans with what belongs to each: `--transform`, `--spacing`, `--reduce`, `--uneven` and `--raw` apply to the file before
+/// Scans with what belongs to each: `--transform`, `--turn`, `--spacing`, `--reduce`, `--uneven` and `--raw` apply to the file before
 /// them; all but the first, given before the first file, apply to all. At least `MIN` files.
 #[derive(Clone, Debug)]
 pub struct Sources<const MIN: usize>(pub Vec<Source>);
@@ -15,7 +16,8 @@ pub struct Sources<const MIN: usize>(pub Vec<Source>);
 impl<const MIN: usize> Args for Sources<MIN> {
     fn augment_args(command: Command) -> Command {
         let path = || clap::value_parser!(PathBuf);
-        let files = Arg::new("files").value_name("FILE").value_parser(path()).num_args(MIN..).required(MIN > 0);
+        // Options may stand between files, and each stretch of files is counted by itself: how many there are is asked later.
+        let files = Arg::new("files").value_name("FILE").value_parser(path()).num_args(MIN.min(1)..).required(MIN > 0);
         let option = |name: &'static str, value: &'static str| Arg::new(name).long(name).value_name(value).action(ArgAction::Append);
         command
             .arg(
@@ -32,8 +34,12 @@ impl<const MIN: usize> Args for Sources<MIN> {
             .arg(
                 option("spacing", "X,Y,Z")
                     .value_parser(spacing)
-                    .help("Sample spacing of the scan before it, mm, where its file states none"),
+                    .help("Sample spacing of the scan before it, mm, where its file states none, or instead of what it states"),
             )
+            .arg(option("turn", "RAS").value_parser(turn).help(
+                "Turns the scan before it about its middle: what its left, posterior and superior really are, a letter of each of L/R, P/A \
+                 and S/I; RAS is one that faces backward, LAI and RPI stand on their heads. A mirror image says so: RPS,mirror",
+            ))
             .arg(option("reduce", "2|4").value_parser(reduce).help(
                 "Read only every 2nd or 4th sample along each axis of the scan before it: a preview that needs 1/8 or 1/64 of the memory",
             ))
@@ -78,6 +84,7 @@ impl<const MIN: usize> FromArgMatches for Sources<MIN> {
             }
         }
         each::<DVec3>(matches, &mut sources, "spacing", owner, |s, mm| s.spacing_mm = Some(mm));
+        each::<Turn>(matches, &mut sources, "turn", owner, |s, turn| s.turn = turn);
         each::<Raw>(matches, &mut sources, "raw", owner, |s, raw| s.raw = Some(raw));
         each::<Reduce>(matches, &mut sources, "reduce", owner, |s, reduce| s.reduce = Some(reduce));
         each::<Uneven>(matches, &mut sources, "uneven", owner, |s, uneven| s.uneven = uneven);

@@ -16,7 +16,6 @@ use bregma_session::save::SaveError;
 use bregma_session::{Compare, Kind, Measurement, Opened, Origin, Source};
 use egui::{Context, Id, Modal};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 /// What is done with the files that a person chose.
 type Then = Box<dyn FnOnce(&mut Bench, &Context, Vec<PathBuf>)>;
@@ -235,7 +234,9 @@ impl Bench {
             for (source, volume) in opened.sources.iter_mut().zip(&mut opened.volumes) {
                 let same = |fine: &Source| fine.built_in.is_some() && source.built_in.is_some() && fine.file == source.file;
                 if let Some(n) = finer.sources.iter().position(same) {
-                    (*source, *volume) = (finer.sources[n].clone(), Arc::clone(&finer.volumes[n]));
+                    // It stays as it is called and turned.
+                    let finer_source = Source { called: source.called.clone(), turn: source.turn, ..finer.sources[n].clone() };
+                    (*volume, *source) = (finer_source.dress(&finer.volumes[n]), finer_source);
                 }
             }
         };

@@ -2,7 +2,6 @@
 
 use super::measured::Work;
 use std::collections::HashMap;
-use std::sync::Arc;
 
 /// Steps kept; each is a few hundred bytes, as the samples are shared.
 const STEPS: usize = 200;
@@ -47,8 +46,8 @@ impl History {
     /// Bytes of the scans that are in no present but in some other state.
     fn closed_bytes(&self) -> usize {
         let kept = self.past.iter().chain(&self.future).flat_map(|work| &work.opened.volumes);
-        let mut closed: HashMap<_, usize> = kept.map(|v| (Arc::as_ptr(v), v.grid().len() * v.sample_bytes())).collect();
-        self.present.opened.volumes.iter().for_each(|open| _ = closed.remove(&Arc::as_ptr(open)));
+        let mut closed: HashMap<_, usize> = kept.map(|v| (v.samples_id(), v.sample_bytes())).collect();
+        self.present.opened.volumes.iter().for_each(|open| _ = closed.remove(&open.samples_id()));
         closed.values().sum()
     }
 
@@ -104,6 +103,7 @@ mod tests {
     use bregma_renderer::Mode;
     use bregma_session::Opened;
     use glam::DVec3;
+    use std::sync::Arc;
 
     fn nothing() -> Work {
         Work { opened: Opened::new(vec![], vec![]), measured: Measured::default() }

@@ -1,5 +1,6 @@
 //! Scans on their way in, and what has to be asked before they can be read.
 
+use super::headerless::Headerless;
 use super::job::Job;
 use super::recovery::Kept;
 use super::series::Choice;
@@ -56,6 +57,8 @@ struct Question {
 enum About {
     /// Its samples' distances, mm; 0 until they are given.
     Spacing(DVec3),
+    /// How its samples lie: nothing says so.
+    Headerless(Headerless),
     /// It does not fit; this preview would.
     Preview(Reduce, String),
     /// Which of its series is read.
@@ -183,7 +186,8 @@ fn read(sources: Vec<Source>, progress: &Progress) -> Result<Read, InputError> {
     };
     let asked = errors.iter().find_map(|error| {
         let InputError::Scan(error) = error else { return None };
-        Some((sources.iter().position(|source| source.file == error.file)?, question(error)?))
+        let of = sources.iter().position(|source| source.file == error.file)?;
+        Some((of, question(error, &sources[of], sources.len() == 1, progress)?))
     });
     match (asked, opened) {
         (Some((of, about)), _) => Ok(Read::Ask(Question { sources, of, about })),
@@ -193,8 +197,14 @@ fn read(sources: Vec<Source>, progress: &Progress) -> Result<Read, InputError> {
 }
 
 /// What another reading of the same file could do, where it could do something.
-fn question(error: &OpenError) -> Option<About> {
+fn question(error: &OpenError, source: &Source, is_alone: bool, progress: &Progress) -> Option<About> {
+    let is_raw = source.file.extension().is_some_and(|e| e.eq_ignore_ascii_case("raw"));
     match &error.reason {
+        ReadError::NoLayout => Headerless::guess(source, progress).map(About::Headerless),
+        // Among scans it is rather something that was dropped with them.
+        ReadError::UnknownFormat(_) if is_alone => Headerless::guess(source, progress).map(About::Headerless),
+        // Its name says something else than it holds.
+        ReadError::Truncated { .. } | ReadError::TooLong(_) if is_raw => Headerless::guess(source, progress).map(About::Headerless),
         ReadError::TooLarge { smaller, .. } => {
             Reduce::every(*smaller.first()?).map(|reduce| About::Preview(reduce, in_the_window(&error.to_string())))
         }
@@ -228,6 +238,13 @@ impl Question {
                     answer(ui, "Open", is_known, "", || source.spacing_mm = Some(*mm))
                 })
                 .inner
+            }
+            About::Headerless(headerless) => {
+                ui.label(format!(
+                    "{name} is in no form that is known by its header. If it holds samples and nothing else, how do they lie?"
+                ));
+                let can = headerless.ui(ui, source);
+                ui.horizontal(|ui| answer(ui, "Open", can, "", || source.raw = Some(headerless.raw()))).inner
             }
             About::Series(choice) => {
                 ui.label(format!("{name} holds several series. Which one is to be read?"));

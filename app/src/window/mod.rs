@@ -9,6 +9,7 @@ mod commands;
 mod dock;
 mod document;
 mod files;
+mod headerless;
 mod history;
 mod job;
 mod letters;
@@ -29,6 +30,7 @@ mod widgets;
 mod words;
 
 use bench::Bench;
+use bregma_field::Volume;
 use bregma_measure::DifferenceRay;
 use bregma_renderer::{Backend, Integrator, Picture, Scene, Setting, Solver};
 use bregma_session::{Compare, Source};
@@ -41,6 +43,7 @@ use panels::{Command, Panels};
 use picture::{compare_bar, tools};
 use remembered::Remembered;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// What the window begins with.
 #[derive(Clone, Debug, PartialEq)]
@@ -119,6 +122,11 @@ impl Workstation {
     /// The point of the chart whose errors are shown.
     pub fn charted(&self) -> Option<&bregma_session::chart::Point> {
         self.panels.chart.selected()
+    }
+
+    /// The scans that are open.
+    pub fn volumes(&self) -> &[Arc<Volume>] {
+        &self.bench.work.opened.volumes
     }
 
     /// What the difference ray found.

@@ -2,19 +2,16 @@
 
 /// What they advise there, and what does the same here; the longer first where one is part of another.
 const DEEDS: [(&str, &str); 17] = [
-    ("; pass --spacing X,Y,Z if it is not so", "; check a length that is known"),
+    ("; pass --spacing X,Y,Z if it is not so", "; correct it in the scan's panel if it is not so"),
     ("; pass --spacing X,Y,Z where it is 0", "; correct the header where it is 0"),
-    ("; pass --spacing X,Y,Z", "; check a length that is known"),
+    ("; pass --spacing X,Y,Z", "; correct it in the scan's panel"),
     ("pass --uneven resample to have them interpolated", "have them interpolated"),
     ("a preview with --reduce", "a preview of one sample in"),
-    (
-        "describe a headerless file with --raw",
-        "give a headerless file a name that says its size and type, such as skull_256x256x128_uint16.raw",
-    ),
+    ("describe a headerless file with --raw", "open a headerless file by itself, and say how its samples lie"),
     ("pass --raw WxHxD,u8|u16|i16|f32[,be][,skip=N]", "give it a name that does, such as skull_256x256x128_uint16.raw"),
     ("pass --raw if that is wrong", "rename it if that is wrong"),
     ("check --raw", "check the numbers in its name"),
-    (": --transform and --spacing are for scans", ""),
+    (": --transform, --spacing and --turn are for scans", ""),
     ("; pass it as --transform behind that scan", "; open it together with that scan alone"),
     ("what `bregma probe --format json` wrote", "a file of saved rays"),
     ("draw it without --reconstruction spline", "switch Spline off"),
@@ -23,6 +20,16 @@ const DEEDS: [(&str, &str); 17] = [
     ("use --backend cpu or a smaller --size", "make the window smaller"),
     ("use --backend cpu", "let the processor draw"),
 ];
+
+/// The type of samples.
+pub fn type_words(name: &str) -> &'static str {
+    match name {
+        "u8" => "8 bits",
+        "u16" => "16 bits, unsigned",
+        "i16" => "16 bits, signed",
+        _ => "32 bits, decimals",
+    }
+}
 
 /// A sentence in the window's words.
 pub fn in_the_window(sentence: &str) -> String {

@@ -276,7 +276,7 @@ mod tests {
     fn what_is_written_is_read_again() {
         // Fails if writing and reading do not agree on axes, order, names, what is missing, or whose a landmark is.
         let set = set();
-        assert_eq!(from("a.mrk.json", &write::markups(&set).to_string()).unwrap(), set);
+        assert_eq!(from("a.mrk.json", &write::markups(&set, &[]).to_string()).unwrap(), set);
         assert_eq!(from("a.csv", &write::csv(&set, &Made::default())).unwrap(), set);
         assert_eq!(from("a.tps", &write::tps(&set, "skull A")).unwrap(), set);
         let numbered = |(n, l): (usize, &Landmark)| Landmark { name: (n + 1).to_string(), ..l.clone() };
@@ -284,7 +284,7 @@ mod tests {
         let unnamed: Vec<Landmark> = set.iter().enumerate().map(numbered).map(of_a).collect();
         assert_eq!(from("a.txt", &write::morphologika(&set, "skull A")).unwrap(), unnamed);
         let of_none = |l: &Landmark| Landmark { scan: None, ..l.clone() };
-        assert_eq!(from("a.fcsv", &write::fcsv(&set)).unwrap(), [of_none(&set[0]), of_none(&set[2])]);
+        assert_eq!(from("a.fcsv", &write::fcsv(&set, &[])).unwrap(), [of_none(&set[0]), of_none(&set[2])]);
     }
 
     #[test]
@@ -318,10 +318,10 @@ mod tests {
         type Read = fn(&str) -> Result<Vec<Landmark>, String>;
         let forms: [(String, Read); 5] = [
             (write::morphologika(&set, "skull A"), morphologika),
-            (write::markups(&set).to_string(), markups),
+            (write::markups(&set, &[]).to_string(), markups),
             (write::csv(&set, &Made::default()), csv),
             (write::tps(&set, "skull A"), tps),
-            (write::fcsv(&set), fcsv),
+            (write::fcsv(&set, &[]), fcsv),
         ];
         let (mut state, mut refused) = (7_u64, 0);
         let mut random = |count: usize| {

@@ -17,8 +17,8 @@ fn numbers(p: DVec3, between: &str) -> String {
 }
 
 /// The columns of [`csv`].
-const COLUMNS: [&str; 12] =
-    ["kind", "name", "second", "third", "x_mm", "y_mm", "z_mm", "distance_mm", "angle_deg", "scan", "program", "date"];
+const COLUMNS: [&str; 13] =
+    ["kind", "name", "second", "third", "x_mm", "y_mm", "z_mm", "distance_mm", "angle_deg", "scan", "program", "date", "note"];
 
 /// More landmarks than this have distances but no angles in their table: 20 have 3,420 of them, and 100 would have half a million.
 const MOST_WITH_ANGLES: usize = 20;
@@ -27,7 +27,8 @@ const MOST_WITH_ANGLES: usize = 20;
 /// each two from each other; and one for each angle, at `name` between `second` and `third`.
 pub fn csv(landmarks: &[Landmark], made: &Made) -> String {
     let shared = |scan: &Option<String>| {
-        [("scan", scan.clone().unwrap_or_default()), ("program", made.program.clone()), ("date", made.date.clone())]
+        let note = ("note", made.notes.join("; "));
+        [("scan", scan.clone().unwrap_or_default()), ("program", made.program.clone()), ("date", made.date.clone()), note]
     };
     let row = |own: &[(&'static str, String)], scan: &Option<String>| line(&COLUMNS, &[own, &shared(scan)].concat());
     let mut out = line(&COLUMNS, &COLUMNS.map(|name| (name, name.to_owned())));
@@ -65,11 +66,13 @@ fn angle_deg(a: DVec3, b: DVec3) -> Option<f64> {
     is_some.then(|| a.cross(b).length().atan2(a.dot(b)).to_degrees())
 }
 
-/// 3D Slicer's fiducial list, version 4.11. It has no way to say that a point is missing: those are left out.
-pub fn fcsv(landmarks: &[Landmark]) -> String {
+/// 3D Slicer's fiducial list, version 4.11, with `notes` as what is said of each point. It has no way to say that a point is missing: those are
+/// left out.
+pub fn fcsv(landmarks: &[Landmark], notes: &[String]) -> String {
     let head = "# Markups fiducial file version = 4.11\n# CoordinateSystem = LPS\n# columns = id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label,desc,associatedNodeID\n";
     let set = landmarks.iter().filter_map(|l| Some((&l.name, l.point_mm?)));
-    let rows = set.enumerate().map(|(n, (name, p))| format!("{},{},0,0,0,1,1,1,0,{},,\n", n + 1, numbers(p, ","), plain(name)));
+    let notes = plain(&notes.join("; "));
+    let rows = set.enumerate().map(|(n, (name, p))| format!("{},{},0,0,0,1,1,1,0,{},{notes},\n", n + 1, numbers(p, ","), plain(name)));
     head.to_owned() + &rows.collect::<String>()
 }
 
@@ -99,23 +102,24 @@ pub fn morphologika(landmarks: &[Landmark], specimen: &str) -> String {
 }
 
 /// 3D Slicer's markups JSON v1.0.3: a list of fiducials for each scan, which it is named after. A missing point is `undefined`, without a
-/// position: that is what the schema has for it, and Slicer lists it as one to be placed.
-pub fn markups(landmarks: &[Landmark]) -> Value {
+/// position: that is what the schema has for it, and Slicer lists it as one to be placed. `notes` are in what is said of each point.
+pub fn markups(landmarks: &[Landmark], notes: &[String]) -> Value {
     let mut scans: Vec<&Option<String>> = vec![];
     for l in landmarks {
         if !scans.contains(&&l.scan) {
             scans.push(&l.scan);
         }
     }
-    let lists = scans.iter().map(|scan| list(scan.as_deref(), &landmarks.iter().filter(|l| l.scan == **scan).collect::<Vec<_>>()));
+    let lists = scans.iter().map(|scan| list(scan.as_deref(), &landmarks.iter().filter(|l| l.scan == **scan).collect::<Vec<_>>(), notes));
     json!({ "@schema": crate::export::MARKUPS_SCHEMA, "markups": lists.collect::<Vec<_>>() })
 }
 
-fn list(scan: Option<&str>, landmarks: &[&Landmark]) -> Value {
+fn list(scan: Option<&str>, landmarks: &[&Landmark], notes: &[String]) -> Value {
+    let told = |what: &str| [what.to_owned()].iter().chain(notes).cloned().collect::<Vec<_>>().join("; ");
     let point = |(n, l): (usize, &&Landmark)| match l.point_mm {
-        Some(p) => crate::export::control_point(n + 1, &l.name, "on the isosurface", (p + DVec3::ZERO).to_array()),
+        Some(p) => crate::export::control_point(n + 1, &l.name, &told("on the isosurface"), (p + DVec3::ZERO).to_array()),
         None => {
-            let mut point = crate::export::control_point(n + 1, &l.name, "missing", [0.0; 3]);
+            let mut point = crate::export::control_point(n + 1, &l.name, &told("missing"), [0.0; 3]);
             point["positionStatus"] = "undefined".into();
             if let Some(fields) = point.as_object_mut() {
                 fields.remove("position");
@@ -155,14 +159,14 @@ mod tests {
     #[test]
     fn every_form_has_every_point_and_says_what_is_missing() {
         // Fails if a coordinate is swapped or lost or a negative zero, a name breaks a line, or a missing point gets coordinates.
-        let points = points();
-        let table = csv(&points, &Made { program: "bregma 0".into(), ..Made::default() });
+        let (points, notes) = (points(), ["a is turned".to_owned()]);
+        let table = csv(&points, &Made { program: "bregma 0".into(), notes: notes.clone().into(), ..Made::default() });
         let lines: Vec<&str> = table.lines().collect();
-        assert_eq!(lines[1], "landmark,nasion,,,0.1,-80.123457,0.333333,,,skull A,bregma 0,");
-        assert_eq!(lines[2], "landmark,opisthion,,,,,,,,skull A,bregma 0,");
-        assert_eq!(lines[3], "landmark,\"a,\"\"b c\",,,0,2,3,,,,bregma 0,");
+        assert_eq!(lines[1], "landmark,nasion,,,0.1,-80.123457,0.333333,,,skull A,bregma 0,,a is turned");
+        assert_eq!(lines[2], "landmark,opisthion,,,,,,,,skull A,bregma 0,,a is turned");
+        assert_eq!(lines[3], "landmark,\"a,\"\"b c\",,,0,2,3,,,,bregma 0,,a is turned");
         assert!(lines[4].starts_with("distance,nasion,\"a,\"\"b c\",,,,,82.166801,") && lines.len() == 5, "{table}");
-        let text = fcsv(&points);
+        let text = fcsv(&points, &[]);
         assert_eq!(
             text.lines().skip(3).collect::<Vec<_>>(),
             ["1,0.1,-80.123457,0.333333,0,0,0,1,1,1,0,nasion,,", "2,0,2,3,0,0,0,1,1,1,0,a__b_c,,"]
@@ -172,8 +176,11 @@ mod tests {
             "LM3=3\n0.1 -80.123457 0.333333\nNA NA NA\n0 2 3\nID=skull A\nCOMMENT=landmarks: nasion; opisthion; a__b_c\n"
         );
         assert!(morphologika(&points, "skull A").contains("[names]\nskull_A\n") && morphologika(&points, "x").contains("\nNA NA NA\n"));
-        let lists = &markups(&points)["markups"];
+        let lists = &markups(&points, &[])["markups"];
         let first = &lists[0]["controlPoints"];
+        // What was corrected of the scans goes along where there is a place for it.
+        assert!(fcsv(&points, &notes).contains(",nasion,a is turned,\n"));
+        assert_eq!(markups(&points, &notes)["markups"][0]["controlPoints"][0]["description"], "on the isosurface; a is turned");
         assert_eq!((lists[0]["name"].as_str(), lists[1].get("name")), (Some("skull A"), None));
         assert_eq!(first[0]["position"], json!([0.1, -80.123_456_789_012_34, 1.0 / 3.0]));
         assert_eq!((first[1]["positionStatus"].as_str(), first[1].get("position")), (Some("undefined"), None));
@@ -186,12 +193,12 @@ mod tests {
         let corners = [("a", DVec3::ZERO), ("b", DVec3::X * 3.0), ("c", DVec3::Y * 4.0)].map(|(name, p)| Landmark::at(name, p));
         let table = csv(&corners, &Made::default());
         for row in [
-            "distance,a,b,,,,,3,,,,",
-            "distance,a,c,,,,,4,,,,",
-            "distance,b,c,,,,,5,,,,",
-            "angle,a,b,c,,,,,90,,,",
-            "angle,b,a,c,,,,,53.130102,,,",
-            "angle,c,a,b,,,,,36.869898,,,",
+            "distance,a,b,,,,,3,,,,,",
+            "distance,a,c,,,,,4,,,,,",
+            "distance,b,c,,,,,5,,,,,",
+            "angle,a,b,c,,,,,90,,,,",
+            "angle,b,a,c,,,,,53.130102,,,,",
+            "angle,c,a,b,,,,,36.869898,,,,",
         ] {
             assert!(table.lines().any(|line| line == row), "{row} is missing in {table}");
         }

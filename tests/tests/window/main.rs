@@ -6,6 +6,7 @@
 #![allow(clippy::unwrap_used, reason = "what a test cannot find, it fails on")]
 
 mod chart;
+mod correcting;
 mod cutting;
 mod keeping;
 mod layout;

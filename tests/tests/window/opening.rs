@@ -67,6 +67,44 @@ fn a_spacing_that_no_file_states_is_asked_for() {
     std::fs::remove_dir_all(folder).unwrap();
 }
 
+#[test]
+fn a_file_without_a_header_is_asked_about_with_a_guess_and_a_picture() {
+    // Fails if a headerless file cannot be opened by hand, if its guess is wrong, if what is wrong with the answers is not said, or if the result
+    // is another than that of --raw.
+    let file = std::env::temp_dir().join(format!("bregma-headerless-{}.dat", std::process::id()));
+    let away =
+        |n: usize| [(n % 32, 15.5), (n / 32 % 32, 15.5), (n / 1024, 11.5)].map(|(c, m)| (c as f64 - m).powi(2)).iter().sum::<f64>().sqrt();
+    let value = |n: usize| (1500.0 - 120.0 * away(n)).max(-1000.0) as i16;
+    std::fs::write(&file, (0..32 * 32 * 24).flat_map(|n| value(n).to_be_bytes()).collect::<Vec<u8>>()).unwrap();
+    let mut window = open(Start::Files(vec![bregma_session::Source { file: file.clone(), ..Default::default() }]));
+    wait_for(&mut window, "how do they lie?");
+    assert!(!window.get_by_label("Open").accesskit_node().is_disabled(), "the guess fits");
+    assert_eq!(
+        window.get_by_role_and_label(Role::RadioButton, "16 bits, signed").accesskit_node().toggled(),
+        Some(egui::accesskit::Toggled::True)
+    );
+    screenshot(&mut window, "headerless.png");
+    window.get_by_role_and_label(Role::SpinButton, "Slices").set_value_accesskit(25.0);
+    window.run_steps(3);
+    window.get_by_label_contains("51200 bytes of samples are needed, 49152 are there");
+    assert!(window.get_by_label("Open").accesskit_node().is_disabled());
+    window.get_by_role_and_label(Role::SpinButton, "Slices").set_value_accesskit(24.0);
+    window.run_steps(3);
+    window.get_by_label("Open").click();
+    wait_for(&mut window, "how far its samples are apart");
+    for axis in ["i", "j", "k"] {
+        window.get_by_role_and_label(Role::SpinButton, axis).set_value_accesskit(1.0);
+        window.step();
+    }
+    window.get_by_label("Open").click();
+    wait(&mut window, "the scan", |w| !w.is_loading());
+    let raw = Some("32x32x24,i16,be".parse().unwrap());
+    let source = bregma_session::Source { file: file.clone(), raw, spacing_mm: Some(glam::DVec3::ONE), ..Default::default() };
+    let by_line = bregma_session::Opened::read(&[source], &Default::default()).unwrap();
+    assert_eq!(window.state().volumes()[0].content(), by_line.volumes[0].content());
+    std::fs::remove_file(&file).unwrap();
+}
+
 /// A CT slice of a ball in the fewest elements that make one, explicit little-endian without a preamble.
 fn ct_slice(series: &str, name: &str, z: i32) -> Vec<u8> {
     let ball = |n: usize| [n as i32 % 16 * 2 - 15, n as i32 / 16 * 2 - 15, z * 2 - 15].map(|c| f64::from(c * c)).iter().sum::<f64>().sqrt();

@@ -14,7 +14,7 @@ use super::decode::{Encoding, SampleType};
 use super::entries::{Entry, in_folder, in_zip};
 use super::stack::{self, Mix, Slice};
 use super::{Format, Hints, NO_SPACING, ReadError, Scan, Storage};
-use crate::volume::Metadata;
+use crate::volume::{Metadata, slices_off};
 use crate::{Progress, Unit};
 use dicom_dictionary_std::tags;
 use glam::DVec3;
@@ -116,7 +116,8 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
     }
     warnings.extend(all().find_map(|u| u.padding.as_ref()).map(Padding::warning));
 
-    let metadata = metadata(first, frame);
+    let mut metadata = metadata(first, frame);
+    metadata.extend(slices_off(stack.off_mm));
     let mut files: Vec<usize> = all().map(|u| u.file).collect();
     files.dedup();
     let file_bytes = files.iter().map(|&f| headers[f].entry.packed_bytes()).sum();

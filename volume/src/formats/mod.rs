@@ -35,11 +35,12 @@ mod write;
 
 pub use dicom::series::Series;
 pub use error::{OpenError, ReadError};
+pub use raw::guess::guesses as raw_guesses;
 pub use raw::{RawLayout, RawLayoutError};
 pub use scan::{Scan, Survey};
 pub use write::WriteError;
 
-use crate::{Progress, Volume};
+use crate::{Correction, Progress, Turn, Volume};
 use glam::DVec3;
 use scan::{Sink, Storage};
 use serde::{Deserialize, Serialize};
@@ -90,8 +91,10 @@ pub static FORMATS: &[Format] = &[
 /// What the person says about a file that the file does not.
 #[derive(Clone, Debug, Default)]
 pub struct Hints {
-    /// Sample spacing in mm, where the file states none.
+    /// Sample spacing in mm, where the file states none, or instead of what it states.
     pub spacing_mm: Option<DVec3>,
+    /// How the scan is turned.
+    pub turn: Turn,
     /// The file is headerless and laid out like this.
     pub raw: Option<RawLayout>,
     /// Only every 2nd or 4th sample along each axis is kept.
@@ -172,11 +175,15 @@ pub fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, Ope
                 "it has no series {series}: only DICOM has series; leave the # and what follows away"
             )));
         }
-        let mut scan = (format.scan)(path, hints, progress)?;
+        // What the file says by itself is to be known. Some say too little to be read without help.
+        let mut scan = match (format.scan)(path, &Hints { spacing_mm: None, ..hints.clone() }, progress) {
+            Err(_) if hints.spacing_mm.is_some() => Scan { spacing_is_stated: false, ..(format.scan)(path, hints, progress)? },
+            read => read?,
+        };
         scan.name = named.file_name().unwrap_or(named.as_os_str()).to_string_lossy().into_owned();
         scan.format = format.name;
         scan.file = named.to_owned();
-        scan.step = hints.reduce.map_or(1, Reduce::step);
+        scan.place(Correction { spacing_mm: hints.spacing_mm, turn: hints.turn }, hints.reduce.map_or(1, Reduce::step))?;
         Ok(scan)
     };
     scan().map_err(|reason| OpenError { file: named.to_owned(), reason })

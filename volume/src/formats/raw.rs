@@ -1,10 +1,14 @@
 //! Headerless files: samples and nothing else, i fastest. Their layout comes from `--raw` or from their name.
 
+pub mod guess;
+
 use super::decode::{Encoding, SampleType};
 use super::part::{Packing, Part, open_file};
 use super::{Format, Hints, NO_SPACING, ReadError, Scan, Storage};
 use crate::{Grid, Progress, Unit};
 use glam::{DMat3, DVec3};
+use std::fmt;
+use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 use std::str::FromStr;
 use thiserror::Error;
@@ -19,6 +23,85 @@ pub struct RawLayout {
     sample: SampleType,
     big_endian: bool,
     skip: u64,
+}
+
+impl RawLayout {
+    /// Of `dims` samples, none 0, of the type `u8`, `u16`, `i16` or `f32`, behind `skip` bytes; `None` where they are not.
+    pub fn new(dims: [usize; 3], type_name: &str, big_endian: bool, skip: u64) -> Option<Self> {
+        let sample = sample_type(type_name)?;
+        (!dims.contains(&0)).then_some(Self { dims, sample, big_endian, skip })
+    }
+
+    /// Samples along i, j and k.
+    pub fn dims(&self) -> [usize; 3] {
+        self.dims
+    }
+
+    /// `u8`, `u16`, `i16` or `f32`.
+    pub fn type_name(&self) -> &'static str {
+        match self.sample {
+            SampleType::U8 => "u8",
+            SampleType::U16 => "u16",
+            SampleType::I16 => "i16",
+            _ => "f32",
+        }
+    }
+
+    /// Whether the most significant byte of a sample comes first.
+    pub fn is_big_endian(&self) -> bool {
+        self.big_endian
+    }
+
+    /// Bytes before the first sample.
+    pub fn skip(&self) -> u64 {
+        self.skip
+    }
+
+    /// The middle slice of a file that lies so, thinned to at most `most` samples along each side: how many these are, and they, row by row.
+    /// It may be there though the file is too short or too long for the layout.
+    pub fn middle_slice(&self, path: &Path, most: usize) -> Result<([usize; 2], Vec<f32>), ReadError> {
+        let ([nx, ny, nz], size) = (self.dims, self.sample.bytes() as u64);
+        let (mut file, there) = open_file(path)?;
+        let slice_bytes = (nx as u128 * ny as u128).saturating_mul(size.into());
+        let begin = slice_bytes.saturating_mul(nz as u128 / 2).saturating_add(self.skip.into());
+        let end = begin.saturating_add(slice_bytes);
+        if end > u128::from(there) {
+            return Err(ReadError::Truncated { wanted: end, there });
+        }
+        let row_bytes = nx as u64 * size;
+        let step = nx.max(ny).div_ceil(most.max(1));
+        let (mut row, mut values) = (vec![0; row_bytes as usize], vec![]);
+        for j in (0..ny).step_by(step) {
+            // It fits: the end does.
+            file.seek(SeekFrom::Start(begin as u64 + j as u64 * row_bytes))?;
+            file.read_exact(&mut row)?;
+            values.extend(row.chunks_exact(size as usize).step_by(step).map(|sample| self.value(sample)));
+        }
+        Ok(([nx.div_ceil(step), ny.div_ceil(step)], values))
+    }
+
+    /// The value of a sample's bytes.
+    fn value(&self, sample: &[u8]) -> f32 {
+        let mut own = [0; 4];
+        own[..sample.len()].copy_from_slice(sample);
+        if self.big_endian {
+            own[..sample.len()].reverse();
+        }
+        match self.sample {
+            SampleType::U8 => own[0].into(),
+            SampleType::U16 => u16::from_le_bytes([own[0], own[1]]).into(),
+            SampleType::I16 => i16::from_le_bytes([own[0], own[1]]).into(),
+            _ => f32::from_le_bytes(own),
+        }
+    }
+}
+
+impl fmt::Display for RawLayout {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let ([nx, ny, nz], order) = (self.dims, if self.big_endian { ",be" } else { "" });
+        let skip = if self.skip > 0 { format!(",skip={}", self.skip) } else { String::new() };
+        write!(f, "{nx}x{ny}x{nz},{}{order}{skip}", self.type_name())
+    }
 }
 
 /// Why a text is no [`RawLayout`].

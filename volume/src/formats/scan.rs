@@ -3,8 +3,9 @@
 use super::decode::{Collector, Encoding, Kept, SampleType, widen};
 use super::part::{self, Part};
 use super::{OpenError, ReadError, memory};
+use crate::placing::{labelled, nth_sample};
 use crate::volume::{self, BINS, Metadata};
-use crate::{Grid, Histogram, Progress, Raster, Sample, Samples, Summary, Unit, Volume, VolumeError};
+use crate::{Correction, Grid, GridError, Histogram, Placing, Progress, Raster, Sample, Samples, Summary, Unit, Volume, VolumeError};
 use rayon::prelude::*;
 use std::path::PathBuf;
 
@@ -40,8 +41,10 @@ pub struct Scan {
     pub(super) file: PathBuf,
     pub(super) name: String,
     pub(super) format: &'static str,
-    pub(super) step: usize,
+    /// By what its file states.
     pub(super) grid: Grid,
+    /// The same with what was corrected, and with those samples that are kept.
+    pub(super) placing: Placing,
     pub(super) encoding: Encoding,
     pub(super) slope: f64,
     pub(super) intercept: f64,
@@ -72,11 +75,6 @@ pub struct Survey {
     pub warnings: Vec<String>,
 }
 
-/// `2nd sample`, `4th sample`.
-fn nth_sample(step: usize) -> String {
-    format!("{step}{} sample", if step == 2 { "nd" } else { "th" })
-}
-
 impl Scan {
     /// A scan whose samples are its values, and whose file says no more.
     pub(super) fn new(grid: Grid, encoding: Encoding, file_bytes: u64, storage: Storage) -> Self {
@@ -84,7 +82,7 @@ impl Scan {
             file: PathBuf::new(),
             name: String::new(),
             format: "",
-            step: 1,
+            placing: Placing::new(grid.clone(), true, 1),
             grid,
             encoding,
             slope: 1.0,
@@ -101,10 +99,23 @@ impl Scan {
 
     /// What the person calls it.
     pub fn name(&self) -> String {
-        match self.step {
-            1 => self.name.clone(),
-            step => format!("{} (every {})", self.name, nth_sample(step)),
-        }
+        labelled(&self.name, self.placing.step())
+    }
+
+    /// The same under another name.
+    pub fn renamed(self, name: &str) -> Self {
+        Self { name: name.to_owned(), ..self }
+    }
+
+    /// Puts it where a person's `correction` has it, and keeps every step-th sample.
+    pub(super) fn place(&mut self, correction: Correction, step: usize) -> Result<(), GridError> {
+        self.placing = Placing::new(self.grid.clone(), self.spacing_is_stated, step).corrected(correction)?;
+        Ok(())
+    }
+
+    /// Where the samples that will be kept lie, and why.
+    pub fn placing(&self) -> &Placing {
+        &self.placing
     }
 
     /// The format it is in.
@@ -113,13 +124,13 @@ impl Scan {
     }
 
     /// Where the samples that will be kept lie.
-    pub fn grid(&self) -> Grid {
-        self.grid.every(self.step)
+    pub fn grid(&self) -> &Grid {
+        self.placing.grid()
     }
 
     /// Whether the file, or the person, says how far samples are apart.
     pub fn spacing_is_stated(&self) -> bool {
-        self.spacing_is_stated
+        self.placing.spacing_is_stated()
     }
 
     /// The files that name the same scan: those of a DICOM series.
@@ -149,8 +160,8 @@ impl Scan {
     fn collect(&self, progress: &Progress) -> Result<Volume, ReadError> {
         Summary::check_scale(self.slope, self.intercept).map_err(VolumeError::from)?;
         let kept = self.kept(progress, 1)?;
-        memory::check(self.step, |step| self.memory(kept, step))?;
-        let grid = self.grid();
+        memory::check(self.placing.step(), |step| self.memory(kept, step))?;
+        let grid = self.grid.every(self.placing.step());
         let mut collector = Collector::new(self.encoding, kept, grid.len())?;
         let late = self.stream(progress, &mut |bytes| {
             collector.push(bytes);
@@ -161,7 +172,8 @@ impl Scan {
         let (slope, intercept) = (self.slope, self.intercept);
         let unit = self.unit.unwrap_or_else(|| guess_unit(&samples, slope, intercept));
         let raster = Raster { grid, samples, slope, intercept, unit, warnings };
-        Ok(Volume::new(self.name(), self.format, raster)?.with_facts(self.spacing_is_stated, self.metadata.clone()))
+        let volume = Volume::new(self.name(), self.format, raster)?.with_metadata(self.metadata.clone());
+        Ok(volume.placed(self.placing.clone()))
     }
 
     /// Streams the samples for their range and histogram. `progress` counts bytes of files, and slices.
@@ -203,15 +215,15 @@ impl Scan {
             }
         };
         let grid = self.grid();
-        warnings.extend(volume::flat(&grid));
+        warnings.extend(volume::flat(grid));
         let [low, high] = histogram.range.map(|s| self.slope * s + self.intercept);
         let unit = self.unit.unwrap_or_else(|| unit_of_range([low.min(high), low.max(high)]));
         Ok(Survey {
             summary: Summary::new(self.slope, self.intercept, unit, histogram),
             type_name: collector.samples.type_name(),
             sample_bytes: (grid.len() * kept.bytes()) as u64,
-            memory_bytes: self.memory(kept, self.step),
-            warnings,
+            memory_bytes: self.memory(kept, self.placing.step()),
+            warnings: self.placing.warnings(&warnings),
         })
     }
 
@@ -235,7 +247,7 @@ impl Scan {
 
     /// The sentence about a preview.
     fn label(&self) -> Option<String> {
-        let step = self.step;
+        let step = self.placing.step();
         (step > 1).then(|| format!("this is a preview of every {} along each axis: what is finer is not in it", nth_sample(step)))
     }
 
@@ -246,7 +258,7 @@ impl Scan {
         let (mut passed, mut thinned) = (0_u64, vec![]);
         let mut pass = |bytes: &[u8], at: u64| {
             progress.reached((at + bytes.len() as u64) / slice_bytes, nz as u64);
-            if self.step == 1 {
+            if self.placing.step() == 1 {
                 return take(bytes);
             }
             self.thin(bytes, at, &mut thinned);
@@ -259,7 +271,7 @@ impl Scan {
                 pass(bytes, at)
             }),
             Storage::Slices(slice) => {
-                let wanted: Vec<usize> = (0..nz).step_by(self.step).collect();
+                let wanted: Vec<usize> = (0..nz).step_by(self.placing.step()).collect();
                 // Two batches are under way, one unpacked while the one before is passed on: a sixteenth of the samples at most, so that
                 // memory stays near that of the samples.
                 let batch = (nz / 32).clamp(1, 2 * rayon::current_num_threads());
@@ -296,7 +308,7 @@ impl Scan {
 
     /// Every step-th sample along each axis of `bytes`, which begin `at` bytes into the samples.
     fn thin(&self, bytes: &[u8], at: u64, out: &mut Vec<u8>) {
-        let ([nx, ny, _], size, step) = (self.grid.dims(), self.encoding.sample.bytes(), self.step);
+        let ([nx, ny, _], size, step) = (self.grid.dims(), self.encoding.sample.bytes(), self.placing.step());
         out.clear();
         let first = (at / size as u64) as usize;
         let count = bytes.len() / size;

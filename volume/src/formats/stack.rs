@@ -35,6 +35,8 @@ pub struct Stack {
     pub grid: Grid,
     /// One for each k.
     pub mixes: Vec<Mix>,
+    /// How far a slice lies from where the grid has it, at most, mm; 0 where slices were interpolated.
+    pub off_mm: f64,
     /// What was unusual.
     pub warnings: Vec<String>,
 }
@@ -118,7 +120,7 @@ pub fn build(slices: &[Slice], uneven: Uneven, thickness_mm: Option<f64>, progre
     let [di, dj] = first.spacing_mm;
     let map = DAffine3::from_mat3_translation(DMat3::from_cols(i * di, j * dj, step_mm), begin);
     let grid = Grid::from_affine([first.dims[0], first.dims[1], count], map)?;
-    Ok(Stack { grid, mixes, warnings })
+    Ok(Stack { grid, mixes, off_mm: if is_even { off_mm } else { 0.0 }, warnings })
 }
 
 /// Steps of even slices that stand in for those with `gaps`, where the person wants that.
@@ -322,6 +324,7 @@ mod tests {
             let stack = build(&rounded(step), Uneven::Even, None).unwrap();
             assert!(stack.mixes.iter().enumerate().all(|(k, mix)| *mix == Mix { of: k, and: k, part: 0.0 }), "{step}");
             assert!((stack.grid.spacing_mm().z - step).abs() < 0.1 / 39.0 + 1e-9, "{step}: {}", stack.grid.spacing_mm().z);
+            assert!(stack.off_mm > 0.02 && stack.off_mm <= 0.1 + 1e-9, "{step}: {}", stack.off_mm);
             assert!(
                 stack.warnings[0].contains("not quite even") && stack.warnings[0].contains("mm from where they lie"),
                 "{:?}",
@@ -337,7 +340,8 @@ mod tests {
             assert_eq!((stack.grid.dims()[2], stack.warnings.len()), (30, 1));
             // Who asks for it has them refused, or interpolated.
             assert!(build(&at(&heights), Uneven::Refuse, None).is_err());
-            assert!(build(&at(&heights), Uneven::Resample, None).unwrap().warnings[0].contains("interpolated"));
+            let interpolated = build(&at(&heights), Uneven::Resample, None).unwrap();
+            assert!(interpolated.warnings[0].contains("interpolated") && interpolated.off_mm == 0.0);
         }
         // One odd gap at the end; a missing slice in a scan that is rounded, and in one of few slices.
         let mut last: Vec<f64> = (0..16).map(|k| 0.5 * f64::from(k)).collect();

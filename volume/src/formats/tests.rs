@@ -157,17 +157,18 @@ fn spaces_become_lps_millimetres() {
         ("LAS", v(1.0, -20.0, 305.0), v(5.0, -6.0, 7.0)),
     ];
     for (space, want, origin) in cases {
-        assert_eq!(read(&format!("space: {space}\n{directions}"), &hints), (want, origin, 0), "{space}");
+        assert_eq!(read(&format!("space: {space}\n{directions}"), &none), (want, origin, 0), "{space}");
     }
     let cm = format!("space: RAS\nspace units: \"cm\" \"cm\" \"cm\"\n{directions}");
     assert_eq!(read(&cm, &none), (v(-10.0, -200.0, 3050.0), v(-50.0, -60.0, 70.0), 0));
     let four = "dimension: 4\nsizes: 1 2 3 2\nspace: lps\nspace directions: none (1,0,0) (0,2,0) (0,0,3)";
     assert_eq!(read(four, &none).0, v(1.0, 20.0, 300.0));
-    // Spacings: without a unit (two warnings: that, and no orientation), with one, unknown along one axis, and none at all.
+    // Spacings: without a unit (two warnings: that, and no orientation), with one, unknown along one axis, and none at all. One that is given
+    // takes the place of one that is stated, aloud.
     assert_eq!(read("spacings: 1 1 2", &none), (v(1.0, 10.0, 200.0), DVec3::ZERO, 2));
-    assert_eq!(read("spacings: 1 1 2", &hints), (v(3.0, 40.0, 500.0), DVec3::ZERO, 1));
-    assert_eq!(read("spacings: 1 1 2\nunits: \"um\" \"mm\" \"mm\"\naxis mins: 4 0 1", &hints), (v(1e-3, 10.0, 200.0), v(4.0, 0.0, 1.0), 1));
-    assert_eq!(read("space: LPS\nspacings: 1 nan 2", &hints), (v(1.0, 40.0, 200.0), DVec3::ZERO, 0));
+    assert_eq!(read("spacings: 1 1 2", &hints), (v(3.0, 40.0, 500.0), DVec3::ZERO, 2));
+    assert_eq!(read("spacings: 1 1 2\nunits: \"um\" \"mm\" \"mm\"\naxis mins: 4 0 1", &hints), (v(3.0, 40.0, 500.0), v(4.0, 0.0, 1.0), 2));
+    assert_eq!(read("space: LPS\nspacings: 1 nan 2", &hints), (v(3.0, 40.0, 500.0), DVec3::ZERO, 0));
     assert_eq!(read("space: LPS\nspacings: 1 nan 2", &none), (v(1.0, 10.0, 200.0), DVec3::ZERO, 1));
     assert_eq!(read("", &none), (v(1.0, 10.0, 100.0), DVec3::ZERO, 2));
     assert_eq!(read("space: 3D-left-handed\nspacings: 1 1 2\nspace units: mm mm mm", &none).2, 1);
@@ -247,7 +248,7 @@ fn nifti_orientation_follows_sform_then_qform_then_spacing() {
     assert!(folder.error("f.nii", &file).contains("pass --spacing"));
     let hints = Hints { spacing_mm: Some(DVec3::splat(9.0)), ..Hints::default() };
     let hinted = open(&folder.0.join("f.nii"), &hints, &Progress::default()).unwrap();
-    assert_eq!(hinted.grid().spacing_mm(), DVec3::new(0.5e-3, 9.0, 2e-3));
+    assert!((hinted.grid().spacing_mm() - DVec3::splat(9.0)).length() < 1e-12, "{:?}", hinted.grid());
 }
 
 #[test]

@@ -98,8 +98,13 @@ fn json(value: &Value, moving: &str, fixed: &[&str], pair: Option<&str>) -> Resu
             return Err("has R and t, but not of 9 and 3 numbers".into());
         };
         let transform = DAffine3::from_mat3_translation(DMat3::from_cols_array(&r).transpose(), DVec3::from(t));
-        let covariance = value.get("covariance").map(|c| Covariance::deserialize(c).map_err(|e| format!("has a covariance that cannot be read ({e})")));
-        return Ok(Registration { transform, residual_mm: value.get("rms_mm").and_then(Value::as_f64), covariance: covariance.transpose()? });
+        let covariance =
+            value.get("covariance").map(|c| Covariance::deserialize(c).map_err(|e| format!("has a covariance that cannot be read ({e})")));
+        return Ok(Registration {
+            transform,
+            residual_mm: value.get("rms_mm").and_then(Value::as_f64),
+            covariance: covariance.transpose()?,
+        });
     }
     let rows: Option<[f64; 16]> = numbers(value).and_then(|n| n.try_into().ok());
     let matrix = DMat4::from_cols_array(&rows.ok_or("holds neither a 4×4 matrix nor R and t")?).transpose();

@@ -29,7 +29,12 @@ impl TransformForm {
 
 /// Writes the registration that moves the first of two scans of these names onto the second, in the form that the ending of its name asks for.
 /// `record` is what JSON says besides.
-pub fn write_transform(path: &Path, names: [&str; 2], registration: &Registration, record: Map<String, Value>) -> Result<(), TransformError> {
+pub fn write_transform(
+    path: &Path,
+    names: [&str; 2],
+    registration: &Registration,
+    record: Map<String, Value>,
+) -> Result<(), TransformError> {
     let fail = |reason: String| TransformError { file: path.display().to_string(), reason };
     let text = match TransformForm::of(path) {
         Some(TransformForm::Json) => format!("{:#}\n", json!({ "pairs": { names.join("->"): object(registration, record) } })),

@@ -22,6 +22,7 @@ pub fn convert(args: &ConvertArgs) -> Result<(), CommandError> {
     let source = Source {
         file: from.file.clone(),
         spacing_mm: to.spacing_mm.or(from.spacing_mm),
+        turn: if to.turn.is_none() { from.turn } else { to.turn },
         raw: to.raw.clone().or(from.raw.clone()),
         reduce: to.reduce.or(from.reduce),
         uneven: if to.uneven.is_default() { from.uneven } else { to.uneven },

@@ -4,7 +4,7 @@ use crate::cli::args::InfoArgs;
 use crate::cli::error::CommandError;
 use crate::cli::terminal::{print, warn, with_progress};
 use bregma_field::formats::{Scan, Survey};
-use bregma_field::{Metadata, Unit};
+use bregma_field::{Metadata, Turn, Unit};
 use bregma_measure::numbers::{at_most, significant, suffix};
 use bregma_session::{InputError, scans};
 use glam::{DMat3, DVec3};
@@ -33,6 +33,11 @@ struct Record<'a> {
     /// That opening it needs.
     memory_bytes: u64,
     spacing_is_stated: bool,
+    /// What the file states where another was put in its place.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stated_spacing_mm: Option<[f64; 3]>,
+    #[serde(skip_serializing_if = "Turn::is_none")]
+    turn: Turn,
     metadata: &'a Metadata,
     warnings: &'a [String],
 }
@@ -77,6 +82,8 @@ fn record<'a>(name: &'a str, scan: &'a Scan, survey: &'a Survey) -> Record<'a> {
         bytes: survey.sample_bytes,
         memory_bytes: survey.memory_bytes,
         spacing_is_stated: scan.spacing_is_stated(),
+        stated_spacing_mm: scan.placing().overridden_mm().map(|mm| mm.to_array()),
+        turn: scan.placing().correction().turn,
         metadata: scan.metadata(),
         warnings: &survey.warnings,
     }
@@ -91,9 +98,13 @@ fn text(scan: &Scan, survey: &Survey) -> String {
     let unit = suffix(summary.unit);
     let [low, high] = summary.range().map(|v| significant(v, 9));
     let (iso, why) = summary.default_isovalue();
+    let stated = scan.placing().overridden_mm().map_or(String::new(), |mm| format!(" instead of {} mm", list(mm)));
+    let turn = scan.placing().correction().turn;
+    let turned =
+        if turn.is_none() { String::new() } else { format!("  turned     {turn}: left, posterior, superior are {}\n", turn.words()) };
     let metadata: String = scan.metadata().iter().map(|(key, value)| format!("  {key}: {value}\n")).collect();
     format!(
-        "{}\n  format     {}\n  samples    {nx} × {ny} × {nz} {}, {:.1} MiB; opening needs {:.1} MiB\n  spacing    {} mm\n  origin     {} mm (LPS)\n  directions i ({}), j ({}), k ({})\n  values     {low} to {high}{unit}; slope {}, intercept {}\n  isovalue   {}{unit} ({why})\n{metadata}",
+        "{}\n  format     {}\n  samples    {nx} × {ny} × {nz} {}, {:.1} MiB; opening needs {:.1} MiB\n  spacing    {} mm{stated}\n{turned}  origin     {} mm (LPS)\n  directions i ({}), j ({}), k ({})\n  values     {low} to {high}{unit}; slope {}, intercept {}\n  isovalue   {}{unit} ({why})\n{metadata}",
         scan.name(),
         scan.format(),
         survey.type_name,

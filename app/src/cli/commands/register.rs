@@ -57,7 +57,9 @@ fn take_landmarks(opened: &mut Opened, args: &RegisterArgs) -> Result<(), Comman
 }
 
 fn order(args: &RegisterArgs) -> Order {
-    let balls = |list: &[(glam::DVec3, f64)]| list.iter().map(|(centre_mm, radius_mm)| Part::Ball { centre_mm: *centre_mm, radius_mm: *radius_mm }).collect();
+    let balls = |list: &[(glam::DVec3, f64)]| {
+        list.iter().map(|(centre_mm, radius_mm)| Part::Ball { centre_mm: *centre_mm, radius_mm: *radius_mm }).collect()
+    };
     let freedom = match (args.similarity, args.affine) {
         (true, _) => Freedom::Similarity,
         (_, true) => Freedom::Affine,
@@ -77,7 +79,13 @@ fn told(opened: &Opened, registered: &Registered, file: &Path) -> String {
         line("landmark                 residual   left out      shift  mm".into());
         for p in pairs {
             let some = |v: Option<f64>| v.map_or("–".to_owned(), |v| fixed(v, 3));
-            let mark = if !p.used { "  left out" } else if p.is_outlier { "  far off" } else { "" };
+            let mark = if !p.used {
+                "  left out"
+            } else if p.is_outlier {
+                "  far off"
+            } else {
+                ""
+            };
             line(format!("{:<24} {:>8} {:>10} {:>10}{mark}", p.name, fixed(p.residual_mm, 3), some(p.left_out_mm), some(p.shift_mm)));
         }
     }
@@ -85,7 +93,12 @@ fn told(opened: &Opened, registered: &Registered, file: &Path) -> String {
         line(format!("residual  {} mm, root mean square", mm(rms)));
     }
     if let Some(s) = &registered.report.surfaces {
-        line(format!("surfaces  {} mm apart along normals (median), spread {} mm; {} % have partners", mm(s.median_mm), mm(s.spread_mm), fixed(100.0 * s.matched, 0)));
+        line(format!(
+            "surfaces  {} mm apart along normals (median), spread {} mm; {} % have partners",
+            mm(s.median_mm),
+            mm(s.spread_mm),
+            fixed(100.0 * s.matched, 0)
+        ));
         line(format!("offset    {} mm: the moved surface stands out so far everywhere", mm(s.offset_mm)));
         let what = if s.is_of_two { "spread of the choice" } else { "standard deviation" };
         line(format!("middle    {}, {}, {} mm ({what})", mm(s.middle_mm.x), mm(s.middle_mm.y), mm(s.middle_mm.z)));

@@ -5,6 +5,7 @@ use crate::cli::args::ThicknessArgs;
 use crate::cli::error::CommandError;
 use crate::cli::opening::{open, require_spacing};
 use crate::cli::terminal::{print, with_progress};
+use bregma_measure::corrections;
 use bregma_measure::export;
 use bregma_measure::numbers::{fixed, significant};
 use bregma_measure::thickness::Statistics;
@@ -22,6 +23,7 @@ struct Record<'a> {
     iso: f64,
     method: &'a str,
     as_cut: bool,
+    notes: &'a [String],
     statistics: &'a Statistics,
 }
 
@@ -67,10 +69,11 @@ pub fn thickness(args: &ThicknessArgs, machine: Machine) -> Result<(), CommandEr
     paint(&mut picture, &scene, surface, mesh, values, &scale);
     let unplotted = |reason| CommandError::Figure { what: "the picture".into(), reason };
     let drawn = figure(&picture, name, &scale, statistics).map_err(unplotted)?;
-    let record = Record { volume: volume.name(), iso: layer.iso, method: name, as_cut: args.as_cut, statistics };
+    let notes = corrections(volume);
+    let record = Record { volume: volume.name(), iso: layer.iso, method: name, as_cut: args.as_cut, notes: &notes, statistics };
     let json = serde_json::to_string_pretty(&record).expect("the record has only numbers, texts and lists");
     write_whole(&args.out.join("thickness.csv"), export::map_csv(mesh, values).as_bytes())?;
-    write_whole(&args.out.join("thickness.ply"), &export::map_ply(mesh, values, |mm| scale.color(mm)))?;
+    write_whole(&args.out.join("thickness.ply"), &export::map_ply(mesh, values, &notes, |mm| scale.color(mm)))?;
     write_whole(&args.out.join("thickness.json"), json.as_bytes())?;
     write_figure(&args.out.join("thickness.png"), drawn)?;
     print(&told(volume.name(), layer.iso, name, statistics, &args.out))

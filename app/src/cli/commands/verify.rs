@@ -57,7 +57,12 @@ fn verify_registrations(files: &[&PathBuf], text: &mut String) -> Result<(usize,
     let (mut moved, mut made) = (0, 0);
     for file in files {
         let (found, unknown) = with_progress("registering", |progress| again(file, progress))?;
-        warn(&unknown.iter().map(|what| format!("{}: {what} does not say how it was made, and cannot be made again", file.display())).collect::<Vec<_>>());
+        warn(
+            &unknown
+                .iter()
+                .map(|what| format!("{}: {what} does not say how it was made, and cannot be made again", file.display()))
+                .collect::<Vec<_>>(),
+        );
         for pose in found {
             made += 1;
             if pose.off_mm > SAME_POSE_MM {

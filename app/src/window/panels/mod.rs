@@ -8,6 +8,7 @@ mod landmarks;
 mod look;
 mod ray_form;
 mod rays;
+mod scan;
 mod scans;
 mod shells;
 mod stretches;
@@ -24,6 +25,7 @@ use bregma_session::thickness::Coat;
 use chart::ChartPanel;
 use egui::{Key, Modifiers, Rect, ScrollArea, Ui};
 use ray_form::RayForm;
+use scan::ScanPanel;
 use std::sync::Arc;
 use thickness::ThicknessPanel;
 
@@ -41,6 +43,8 @@ pub struct Panels {
     pub chart: ChartPanel,
     /// The map of thickness.
     pub thickness: ThicknessPanel,
+    /// What is known of one scan.
+    scan: ScanPanel,
 }
 
 /// The panels on the right: one is seen at a time.
@@ -93,8 +97,21 @@ const PLAIN: Panel =
 
 const NONE: Modifiers = Modifiers::NONE;
 
-const PANELS: [Panel; 7] = [
-    Panel { place: Place::Left, show: |_, bench, ui| scans::show(ui, bench), ..PLAIN },
+const PANELS: [Panel; 8] = [
+    Panel {
+        place: Place::Left,
+        show: |p, bench, ui| {
+            if let Some(n) = scans::show(ui, bench) {
+                p.scan.open(&bench.work.opened, n);
+            }
+        },
+        ..PLAIN
+    },
+    Panel {
+        commands: &[Command::new(Menu::Edit, "Name, spacing, turn of a scan…", &[], |p, b, _| p.scan.open(&b.work.opened, 0))],
+        show: |p, bench, ui| p.scan.show(ui.ctx(), bench),
+        ..PLAIN
+    },
     Panel { place: Place::Left, show: |_, bench, ui| look::show(ui, bench), ..PLAIN },
     Panel { place: Place::Left, show: |_, bench, ui| cuts::show(ui, &mut bench.work), ..PLAIN },
     Panel {

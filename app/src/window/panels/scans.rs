@@ -10,25 +10,33 @@ use bregma_measure::export::suffix;
 use bregma_renderer::{Gather, Layer, Scene};
 use egui::{Align, DragValue, Frame, Label, Layout, RichText, Slider, SliderClamping, Ui};
 
-/// Shows the cards and applies what the person changes.
-pub fn show(ui: &mut Ui, bench: &mut Bench) {
+/// Shows the cards and applies what the person changes. Gives the number of the scan of which more is asked for.
+pub fn show(ui: &mut Ui, bench: &mut Bench) -> Option<usize> {
     let work = &mut bench.work;
     let scene = &mut work.opened.scene;
     let shown = Shown::of(scene);
-    let mut closed = None;
+    let (mut closed, mut asked) = (None, None);
     for (n, (volume, layer)) in work.opened.volumes.iter().zip(&mut scene.layers).enumerate() {
         // Scans may share a name: their number tells their widgets apart.
         ui.push_id(n, |ui| {
-            Frame::group(ui.style()).fill(ui.visuals().faint_bg_color).show(ui, |ui| {
-                if card(ui, volume, layer, shown) {
-                    closed = Some(n);
-                }
+            Frame::group(ui.style()).fill(ui.visuals().faint_bg_color).show(ui, |ui| match card(ui, volume, layer, shown) {
+                Some(More::Close) => closed = Some(n),
+                Some(More::Panel) => asked = Some(n),
+                None => {}
             });
         });
     }
     if let Some(n) = closed {
         close(work, n);
     }
+    asked
+}
+
+/// What is chosen behind a card's three dots.
+#[derive(Clone, Copy)]
+enum More {
+    Panel,
+    Close,
 }
 
 /// What of a layer its card has controls for.
@@ -70,24 +78,26 @@ fn close(work: &mut Work, n: usize) {
     }
 }
 
-/// One volume. True when it should be closed.
-fn card(ui: &mut Ui, volume: &Volume, layer: &mut Layer, shown: Shown) -> bool {
+/// One volume. Gives what is to be done with it.
+fn card(ui: &mut Ui, volume: &Volume, layer: &mut Layer, shown: Shown) -> Option<More> {
     ui.set_width(ui.available_width());
     let name = volume.name();
-    let closed = line(ui, |ui| {
+    let chosen = line(ui, |ui| {
         let more = ui.menu_button("…", |ui| {
             ui.set_max_width(300.0);
             information(ui, volume);
             ui.separator();
-            ui.button("Close the scan").on_hover_text("Undo brings it back").clicked()
+            let panel = ui.button("Name, spacing, turn…").on_hover_text("All that is known of the scan, to be corrected where it is wrong");
+            let close = ui.button("Close the scan").on_hover_text("Undo brings it back");
+            if panel.clicked() { Some(More::Panel) } else { close.clicked().then_some(More::Close) }
         });
-        more.response.on_hover_text("Information, close").accessible_name(format!("More of {name}"));
+        more.response.on_hover_text("Information, name, spacing, turn, close").accessible_name(format!("More of {name}"));
         ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
             ui.checkbox(&mut layer.visible, "").on_hover_text("Show").accessible_name(format!("Show {name}"));
             color_button(ui, &mut layer.color, &format!("Colour of {name}"));
             ui.add(Label::new(RichText::new(name).strong().size(15.0)).truncate());
         });
-        more.inner == Some(true)
+        more.inner.flatten()
     });
     let text_color = if layer.visible { color(layer.color) } else { ui.visuals().weak_text_color() };
     match shown {
@@ -124,7 +134,7 @@ fn card(ui: &mut Ui, volume: &Volume, layer: &mut Layer, shown: Shown) -> bool {
             }
         });
     }
-    closed
+    chosen
 }
 
 /// What is known of the scan, which is seldom asked for.

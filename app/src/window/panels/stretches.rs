@@ -126,10 +126,11 @@ fn flags(ui: &mut Ui, n: usize, s: &Segment) {
 /// What an uncertainty consists of; `tolerance` is by how much the isovalue may be wrong.
 fn parts(u: &Uncertainty, tolerance: &str) -> String {
     format!(
-        "isovalue{tolerance}: {} mm\nnoise: {} mm\nbetween samples: {} mm\nregistration: {}\nroots: {:.1e} mm\n(as squares) and blur: {} mm\ntogether: {} mm",
+        "isovalue{tolerance}: {} mm\nnoise: {} mm\nbetween samples: {} mm\nslices: {} mm\nregistration: {}\nroots: {:.1e} mm\n(as squares) and blur: {} mm\ntogether: {} mm",
         fixed(u.threshold_error_mm, 3),
         fixed(u.noise_error_mm, 3),
         fixed(u.sampling_error_mm, 3),
+        fixed(u.slice_error_mm, 3),
         u.registration_error_mm.map_or("not known".to_owned(), |mm| format!("{} mm", fixed(mm, 3))),
         u.root_error_mm,
         fixed(u.blur_error_mm, 3),
