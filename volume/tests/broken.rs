@@ -150,10 +150,22 @@ fn cases(folder: &Folder) -> Vec<Case> {
     add("one TIFF of a stack", Small { open: "s2.tif", ..folder_of(&[("s1.tif", &page(0)), ("s2.tif", &page(1))]) });
     add("a zip that is none", one("scan.zip", b"PK\x03\x04 and then nothing"));
     add("a zip of notes", one("scan.zip", &zip(&[("notes.txt".into(), b"notes".to_vec())])));
-
-    add("a zip of a volume", one("media.zip", &zip(&[("M1/skull.nrrd".into(), vec![1]), ("manifest.csv".into(), vec![2])])));
-    add("a zip of volumes", one("media.zip", &zip(&[("a.nii.gz".into(), vec![1]), ("b.zip".into(), vec![2])])));
+    add(
+        "a zip of a broken volume",
+        one("media.zip", &zip(&[("M1/skull.nrrd".into(), nrrd("encoding: raw", &[1])), ("manifest.csv".into(), vec![2])])),
+    );
+    add(
+        "a zip of volumes",
+        one("media.zip", &zip(&[("a.nrrd".into(), nrrd("encoding: raw", &[1])), ("b/b.nrrd".into(), nrrd("encoding: raw", &[2]))])),
+    );
+    add("a zip of zips", one("media.zip", &zip(&[("a.zip".into(), vec![1]), ("b.zip".into(), vec![2]), ("notes.txt".into(), vec![3])])));
+    let nested = (0..6).fold(zip(&[("a.txt".into(), vec![1])]), |inner, _| zip(&[("b.zip".into(), inner)]));
+    add("zips in each other", one("media.zip", &nested));
     add("a gzip of another form", one("scan.dcm.gz", &gzip(b"anything")));
+    add("a gzip that breaks off", one("scan.dcm.gz", &gzip(&Dicom::slice(0).bytes())[..200]));
+    let tar = invesalius("", false);
+    add("a tar that breaks off", one("scan.tar", &tar[..700]));
+    add("a tar of another form", one("scan.tar", &tar));
     add("folders of scans in a folder", folder_of(&[("a/s1.png", &s(0)), ("b/s1.png", &s(1))]));
     add("TIFF by a packing that is not read", put_zstd());
     add("VTK of another data set", text("VTK", "STRUCTURED_POINTS", "UNSTRUCTURED_GRID"));

@@ -1,99 +1,164 @@
-//! The files of a folder, or of a zip: what series and slices are made of.
+//! The files of a folder, or of an archive: what series and slices are made of.
 
-use super::ReadError;
-use super::part::{check_expansion, counted, open_file};
+use super::part::{MOST_EXPANSION, Packing, counted, disk_file, unpacking};
+use super::stretch::Stretch;
+use super::{ReadError, archive, memory};
 use crate::Progress;
-use flate2::read::DeflateDecoder;
-use std::fs::File;
-use std::io::{self, BufRead, BufReader, Cursor, Read, Seek, SeekFrom};
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
-use zip::{CompressionMethod, ZipArchive};
+use std::sync::{Arc, OnceLock};
 
 /// Folders in folders that are looked into.
 const MOST_DEPTH: usize = 8;
 /// Files that are looked at; the largest studies have some ten thousand.
-const MOST_FILES: usize = 200_000;
+pub const MOST_FILES: usize = 200_000;
 
-/// A file, or a file in a zip.
+/// A file, or a file in an archive.
 #[derive(Clone, Debug)]
 pub struct Entry {
-    /// What people call it: its name, with its folder in the zip.
+    /// What people call it: its name, with its folder in the archive.
     pub name: String,
-    /// The file that its bytes are in.
+    /// Its path; in an archive that of the archive, then its own.
     pub file: PathBuf,
-    /// Its bytes once unpacked.
+    /// Its bytes once unpacked; of a gzip, which does not say, the most that they can be.
     pub bytes: u64,
-    /// Where they are in a zip: first byte, packed bytes and whether they are deflated.
-    zipped: Option<(u64, u64, bool)>,
+    /// Where they are, packed or not.
+    stretch: Stretch,
+    packing: Packing,
+    /// All of them in memory, where they had to be reached in any order.
+    unpacked: Arc<OnceLock<Stretch>>,
 }
 
 impl Entry {
-    /// A file by itself.
-    pub fn of(file: &Path) -> Result<Self, ReadError> {
-        let bytes = open_file(file)?.1;
+    /// A file by itself, or inside of an archive. What gzip packs is read as it was before.
+    pub fn of(file: &Path, progress: &Progress) -> Result<Self, ReadError> {
+        match archive::member(file, progress)? {
+            Some(entry) => Ok(entry),
+            None => Ok(Self::on_disk(file, disk_file(file)?)),
+        }
+    }
+
+    fn on_disk(file: &Path, bytes: u64) -> Self {
         let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
-        Ok(Self { name, file: file.to_owned(), bytes, zipped: None })
+        let stretch = Stretch::file(file, bytes);
+        let is_gzip = file.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz"));
+        if is_gzip { Self::gzip(&name, file, stretch) } else { Self::plain(&name, file, stretch) }
+    }
+
+    /// A file whose bytes are `stretch`.
+    pub fn plain(name: &str, file: &Path, stretch: Stretch) -> Self {
+        let bytes = stretch.bytes;
+        Self::packed(name, file, stretch, Packing::Plain, bytes)
+    }
+
+    /// A file that gzip has packed into `stretch`.
+    pub fn gzip(name: &str, file: &Path, stretch: Stretch) -> Self {
+        let most = stretch.bytes.saturating_mul(MOST_EXPANSION);
+        Self::packed(name, file, stretch, Packing::Gzip, most)
+    }
+
+    /// A file of `bytes` bytes that is packed into `stretch`.
+    pub fn packed(name: &str, file: &Path, stretch: Stretch, packing: Packing, bytes: u64) -> Self {
+        Self { name: name.to_owned(), file: file.to_owned(), bytes, stretch, packing, unpacked: Arc::default() }
+    }
+
+    /// The same by another name.
+    pub fn named(&self, name: &str) -> Self {
+        Self { name: name.to_owned(), ..self.clone() }
     }
 
     /// Bytes that reading it passes.
     pub fn packed_bytes(&self) -> u64 {
-        self.zipped.map_or(self.bytes, |(_, packed, _)| packed)
-    }
-
-    /// Whether one of its bytes can be reached without reading those before it.
-    pub fn can_seek(&self) -> bool {
-        !matches!(self.zipped, Some((.., true)))
+        self.stretch.bytes
     }
 
     /// Its bytes from number `from` on.
     pub fn open<'a>(&self, from: u64, progress: &'a Progress) -> Result<Box<dyn Read + 'a>, ReadError> {
-        let mut file = File::open(&self.file)?;
-        Ok(match self.zipped {
-            None => {
-                file.seek(SeekFrom::Start(from))?;
-                Box::new(counted(file, progress))
-            }
-            Some((start, packed, false)) => {
-                file.seek(SeekFrom::Start(start + from))?;
-                Box::new(counted(file, progress).take(packed.saturating_sub(from)))
-            }
-            Some((start, packed, true)) => {
-                file.seek(SeekFrom::Start(start))?;
-                let mut unpacked = DeflateDecoder::new(counted(file, progress).take(packed));
-                skip(&mut unpacked, from)?;
-                Box::new(unpacked)
-            }
-        })
+        let (stretch, packing) = match self.unpacked.get() {
+            Some(unpacked) => (unpacked, Packing::Plain),
+            None => (&self.stretch, self.packing),
+        };
+        let mut source = stretch.open()?;
+        if packing == Packing::Plain {
+            source.seek(SeekFrom::Start(from))?;
+            return Ok(Box::new(counted(source, progress)));
+        }
+        let mut unpacked = unpacking(packing, counted(source, progress));
+        skip(&mut unpacked, from)?;
+        Ok(unpacked)
     }
 
-    /// Its bytes in any order: of a file as it lies, of a zip unpacked.
-    pub fn seekable(&self, progress: &Progress) -> Result<Box<dyn BufReadSeek>, ReadError> {
-        Ok(match self.zipped {
-            None => Box::new(BufReader::new(File::open(&self.file)?)),
-            Some(_) => Box::new(Cursor::new(self.read(progress)?)),
-        })
+    /// Its first bytes, at most `most` of them.
+    pub fn head(&self, most: u64, progress: &Progress) -> Result<Vec<u8>, ReadError> {
+        let mut head = vec![];
+        self.open(0, progress)?.take(most).read_to_end(&mut head)?;
+        Ok(head)
+    }
+
+    /// Its bytes in any order, unpacked into memory if they are packed; refused where that has no room for them.
+    pub fn unpacked(&self, progress: &Progress) -> Result<Stretch, ReadError> {
+        /// Bytes after which is looked again whether there is room for more.
+        const STEP: u64 = 64 << 20;
+        if self.packing == Packing::Plain {
+            return Ok(self.stretch.clone());
+        }
+        if let Some(unpacked) = self.unpacked.get() {
+            return Ok(unpacked.clone());
+        }
+        let expected = if self.packing == Packing::Gzip { self.stated()?.min(self.bytes) } else { self.bytes };
+        memory::check(1, |_| expected)?;
+        let mut bytes = vec![];
+        bytes.try_reserve_exact(expected as usize)?;
+        let mut source = self.open(0, progress)?;
+        loop {
+            let step = STEP.min(self.bytes - bytes.len() as u64);
+            // What a gzip says of its length is only that of its last member, so that the end is looked for.
+            if step == 0 || (&mut source).take(step).read_to_end(&mut bytes)? == 0 {
+                break;
+            }
+            memory::check(1, |_| (bytes.len() as u64).saturating_sub(expected))?;
+        }
+        Ok(self.unpacked.get_or_init(|| Stretch::memory(bytes)).clone())
+    }
+
+    /// What a gzip says of its length, modulo 4 GiB: its last four bytes.
+    fn stated(&self) -> Result<u64, ReadError> {
+        let mut last = [0; 4];
+        let mut source = self.stretch.open()?;
+        source.seek(SeekFrom::Start(self.stretch.bytes.saturating_sub(4)))?;
+        source.read_exact(&mut last)?;
+        Ok(u32::from_le_bytes(last).into())
+    }
+
+    /// Its bytes in any order.
+    pub fn seekable(&self, progress: &Progress) -> Result<impl BufRead + Seek + use<>, ReadError> {
+        Ok(BufReader::new(self.unpacked(progress)?.open()?))
     }
 
     /// All its bytes, which are known to be few enough to hold.
     pub fn read(&self, progress: &Progress) -> Result<Vec<u8>, ReadError> {
         let mut bytes = vec![];
-        // What a zip says about the size of a file was checked against what it holds.
+        // What an archive says about the size of a file was checked against what it holds.
         self.open(0, progress)?.take(self.bytes).read_to_end(&mut bytes)?;
         Ok(bytes)
     }
 }
-
-/// What decoders of pictures want.
-pub trait BufReadSeek: BufRead + Seek {}
-impl<T: BufRead + Seek> BufReadSeek for T {}
 
 /// Reads past `count` bytes; a source that ends earlier is found out by whoever reads on.
 pub fn skip(source: &mut impl Read, count: u64) -> io::Result<()> {
     io::copy(&mut source.take(count), &mut io::sink()).map(drop)
 }
 
-/// The files in `folder` and, when `deep`, in its folders, sorted by name with numbers in their order.
+/// The files in `folder`, which may be an archive or in one, and, when `deep`, in its folders, sorted by name with numbers in their order.
 pub fn in_folder(folder: &Path, deep: bool, progress: &Progress, warnings: &mut Vec<String>) -> Result<Vec<Entry>, ReadError> {
+    if !folder.is_dir() {
+        let (archive, name) = match archive::open(folder, progress)? {
+            Some(archive) => (archive, String::new()),
+            None => archive::within(folder, progress)?.ok_or(ReadError::NotFound)?,
+        };
+        warnings.extend(archive.warnings.iter().cloned());
+        return Ok(archive.in_folder(&name, deep).collect());
+    }
     in_folder_within(folder, deep, MOST_FILES, progress, warnings)
 }
 
@@ -125,8 +190,7 @@ fn in_folder_within(
                     too_many += 1;
                     continue;
                 }
-                let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-                found.push(Entry { name, file: path, bytes: metadata.len(), zipped: None });
+                found.push(Entry::on_disk(&path, metadata.len()));
             }
         }
     }
@@ -139,60 +203,18 @@ fn in_folder_within(
 }
 
 /// What macOS leaves beside files on other disks, and in zips: no file of the person's.
-fn is_apples(name: &str) -> bool {
+pub fn is_apples(name: &str) -> bool {
     name.split('/').any(|part| part.starts_with("._") || part == "__MACOSX" || part == ".DS_Store")
 }
 
 /// The sentence about files that are not looked at.
-fn beyond(too_many: usize, most: usize) -> Option<String> {
+pub fn beyond(too_many: usize, most: usize) -> Option<String> {
     (too_many > 0)
         .then(|| format!("{too_many} files beyond the first {most} are not looked at, whatever they hold; name a folder with fewer"))
 }
 
-/// The files in a zip, sorted by name with numbers in their order.
-pub fn in_zip(file: &Path, progress: &Progress, warnings: &mut Vec<String>) -> Result<Vec<Entry>, ReadError> {
-    let mut archive = ZipArchive::new(BufReader::new(open_file(file)?.0)).map_err(broken)?;
-    let mut found = vec![];
-    warnings.extend(beyond(archive.len().saturating_sub(MOST_FILES), MOST_FILES));
-    for n in 0..archive.len().min(MOST_FILES) {
-        progress.advance(0)?;
-        let entry = archive.by_index_raw(n).map_err(broken)?;
-        if !entry.is_file() || entry.size() == 0 {
-            continue;
-        }
-        let name = entry.name().map_err(broken)?.into_owned();
-        if is_apples(&name) {
-            continue;
-        }
-        if entry.encrypted() {
-            return Err(ReadError::Unsupported(format!("its file {name:?} is encrypted; unpack it with its password first")));
-        }
-        let deflated = match entry.compression() {
-            CompressionMethod::Stored => false,
-            CompressionMethod::Deflated => true,
-            other => {
-                let text = format!("its file {name:?} is packed by {other}, which is not read; unpack it first");
-                return Err(ReadError::Unsupported(text));
-            }
-        };
-        let (packed, bytes) = (entry.compressed_size(), entry.size());
-        check_expansion(bytes.into(), packed)?;
-        let start = entry.data_start().ok_or(ReadError::NoHeader("a file in it has no place"))?;
-        found.push(Entry { name, file: file.to_owned(), bytes, zipped: Some((start, packed, deflated)) });
-    }
-    found.sort_by_cached_key(|e| natural(&e.name));
-    Ok(found)
-}
-
-fn broken(error: zip::result::ZipError) -> ReadError {
-    match error {
-        zip::result::ZipError::Io(error) => error.into(),
-        error => ReadError::Damaged(format!("as a zip, {error}")),
-    }
-}
-
 /// A key by which slice2 comes before slice10: numbers count as such, other text as it is, capitals as small letters.
-fn natural(name: &str) -> Vec<(String, u128)> {
+pub fn natural(name: &str) -> Vec<(String, u128)> {
     let mut key = vec![(String::new(), 0_u128)];
     let mut in_number = false;
     for c in name.to_lowercase().chars() {

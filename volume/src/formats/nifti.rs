@@ -6,7 +6,7 @@ pub mod write;
 
 use super::decode::{Encoding, SampleType};
 use super::part::{Packing, Part, head_of, in_file};
-use super::{Format, Hints, NO_DIRECTIONS, ReadError, Scan, Storage, Writer, bad};
+use super::{Format, Hints, NO_DIRECTIONS, ReadError, Scan, Storage, Writer, archive, bad};
 use crate::{Grid, GridError, Metadata, Progress, Unit};
 use flate2::bufread::GzDecoder;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
@@ -273,7 +273,7 @@ fn files(path: &Path) -> (PathBuf, PathBuf) {
         let capitals = bare.extension().is_some_and(|e| e.to_string_lossy().chars().all(char::is_uppercase));
         let plain = bare.with_extension(if capitals { ext.to_uppercase() } else { ext.to_owned() });
         let packed = PathBuf::from(format!("{}.gz", plain.display()));
-        if !plain.exists() && packed.exists() { packed } else { plain }
+        if !archive::is_file(&plain) && archive::is_file(&packed) { packed } else { plain }
     };
     if is("img") {
         (beside("hdr"), path.to_owned())

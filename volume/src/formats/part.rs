@@ -1,9 +1,9 @@
 //! Samples that lie in one stream of bytes: a stretch of a file, or stretches of several files in turn, packed or not.
 
-use super::{ReadError, Sink};
+use super::stretch::{Source, Stretch};
+use super::{ReadError, Sink, archive};
 use crate::Progress;
-use flate2::bufread::{GzDecoder, ZlibDecoder};
-use std::fs::File;
+use flate2::bufread::{DeflateDecoder, GzDecoder, ZlibDecoder};
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
@@ -16,6 +16,8 @@ pub enum Packing {
     Gzip,
     /// By zlib.
     Zlib,
+    /// By deflate, without a frame.
+    Deflate,
 }
 
 /// A stretch of samples in a file.
@@ -93,8 +95,7 @@ impl Part {
         check_length(self.packing, self.bytes.into(), self.skip, there.saturating_sub(before))?;
         match self.packing {
             Packing::Plain => self.pass(source, progress, take),
-            Packing::Gzip => self.pass(Gzip::new(source), progress, take),
-            Packing::Zlib => self.pass(ZlibDecoder::new(source), progress, take),
+            packing => self.pass(unpacking(packing, source), progress, take),
         }
     }
 
@@ -106,6 +107,16 @@ impl Part {
         pass(&mut source, self.bytes, progress, take)?;
         // At the end of packed data this also compares its checksum.
         Ok(source.read(&mut [0])? > 0)
+    }
+}
+
+/// The bytes that are packed in `source`.
+pub fn unpacking<'a>(packing: Packing, source: impl BufRead + 'a) -> Box<dyn Read + 'a> {
+    match packing {
+        Packing::Plain => Box::new(source),
+        Packing::Gzip => Box::new(Gzip::new(source)),
+        Packing::Zlib => Box::new(ZlibDecoder::new(source)),
+        Packing::Deflate => Box::new(DeflateDecoder::new(source)),
     }
 }
 
@@ -170,8 +181,19 @@ pub fn in_file(file: &Path, reason: ReadError) -> ReadError {
     }
 }
 
-/// A regular, not empty file and its length in bytes. Folders, pipes and devices are refused without opening them.
-pub fn open_file(path: &Path) -> Result<(File, u64), ReadError> {
+/// A regular, not empty file, on the disk or inside of an archive, and its length in bytes. Folders, pipes and devices are refused without
+/// opening them.
+pub fn open_file(path: &Path) -> Result<(Source, u64), ReadError> {
+    let progress = Progress::default();
+    let stretch = match if path.exists() { None } else { archive::member(path, &progress)? } {
+        Some(entry) => entry.unpacked(&progress)?,
+        None => Stretch::file(path, disk_file(path)?),
+    };
+    Ok((stretch.open()?, stretch.bytes))
+}
+
+/// The length of a regular, not empty file on the disk.
+pub fn disk_file(path: &Path) -> Result<u64, ReadError> {
     let metadata = path.metadata()?;
     if metadata.is_dir() {
         return Err(ReadError::Directory);
@@ -182,31 +204,36 @@ pub fn open_file(path: &Path) -> Result<(File, u64), ReadError> {
     if metadata.len() == 0 {
         return Err(ReadError::Empty);
     }
-    Ok((File::open(path)?, metadata.len()))
+    Ok(metadata.len())
 }
 
-/// The first bytes of a file, at most `most` of them, and its length.
+/// The first bytes of a file, on the disk or inside of an archive, at most `most` of them, and its length.
 pub fn head_of(path: &Path, most: u64) -> Result<(Vec<u8>, u64), ReadError> {
+    let progress = Progress::default();
+    // What is packed need not be unpacked as a whole for that.
+    if let Some(entry) = if path.exists() { None } else { archive::member(path, &progress)? } {
+        return Ok((entry.head(most, &progress)?, entry.bytes));
+    }
     let (file, there) = open_file(path)?;
     let mut head = vec![];
     file.take(most).read_to_end(&mut head)?;
     Ok((head, there))
 }
 
-/// A file whose bytes count as progress; reading fails when the work should stop.
+/// A source whose bytes count as progress; reading fails when the work should stop.
 pub struct Counted<'a> {
-    file: File,
+    source: Source,
     progress: &'a Progress,
 }
 
-/// A buffered reader that counts the bytes of `file`.
-pub fn counted(file: File, progress: &Progress) -> BufReader<Counted<'_>> {
-    BufReader::with_capacity(1 << 16, Counted { file, progress })
+/// A buffered reader that counts the bytes of `source`.
+pub fn counted(source: Source, progress: &Progress) -> BufReader<Counted<'_>> {
+    BufReader::with_capacity(1 << 16, Counted { source, progress })
 }
 
 impl Read for Counted<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let n = self.file.read(buffer)?;
+        let n = self.source.read(buffer)?;
         self.progress.advance(n as u64).map_err(io::Error::other)?;
         Ok(n)
     }

@@ -1,5 +1,6 @@
 //! A scan on disk: what its headers say, and how its samples stream when they are asked for.
 
+use super::archive::Archive;
 use super::decode::{Collector, Encoding, Kept, SampleType, widen};
 use super::part::{self, Part};
 use super::{OpenError, ReadError, memory};
@@ -7,6 +8,7 @@ use crate::volume::{self, BINS, Metadata};
 use crate::{Grid, Histogram, Progress, Raster, Sample, Samples, Summary, Unit, Volume, VolumeError};
 use rayon::prelude::*;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// Takes the next bytes of samples: whole ones, in the file's type and byte order, i fastest.
 pub type Sink<'a> = dyn FnMut(&[u8]) -> Result<(), ReadError> + 'a;
@@ -55,6 +57,8 @@ pub struct Scan {
     /// Bytes that reading it passes.
     pub(super) file_bytes: u64,
     pub(super) storage: Storage,
+    /// The archive that it is in.
+    pub(super) archive: Option<Arc<Archive>>,
 }
 
 /// What is known of a scan once its samples have streamed by, none of them kept.
@@ -96,6 +100,7 @@ impl Scan {
             series: vec![],
             file_bytes,
             storage,
+            archive: None,
         }
     }
 

@@ -5,7 +5,7 @@
 
 use super::decode::{Encoding, SampleType};
 use super::part::{Packing, Part, head_of, in_file, open_file};
-use super::{Format, Hints, NO_DIRECTIONS, ReadError, Scan, Storage, bad};
+use super::{Format, Hints, NO_DIRECTIONS, ReadError, Scan, Storage, archive, bad};
 use crate::{Grid, Progress};
 use glam::{DMat3, DVec3};
 use std::path::Path;
@@ -50,8 +50,8 @@ fn scan(path: &Path, _hints: &Hints, _progress: &Progress) -> Result<Scan, ReadE
     // The file that the header names, or one of the same name.
     let folder = path.parent().unwrap_or(Path::new(""));
     let same = ["raw", "vol", "dat", "bin", "RAW"].map(|ext| path.with_extension(ext));
-    let named = words().map(|w| folder.join(w)).find(|p| p.is_file() && p != path);
-    let file = named.or_else(|| same.into_iter().find(|p| p.is_file())).unwrap_or(path.with_extension("raw"));
+    let named = words().map(|w| folder.join(w)).find(|p| archive::is_file(p) && p != path);
+    let file = named.or_else(|| same.into_iter().find(|p| archive::is_file(p))).unwrap_or(path.with_extension("raw"));
     let there = open_file(&file).map_err(|e| in_file(&file, e))?.1;
     let count = grid.len() as u64;
     let sample = match rest.first().map(|bits| *bits as i64) {

@@ -14,7 +14,6 @@ use glam::{DMat3, DVec3};
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 use rayon::prelude::*;
-use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -239,7 +238,7 @@ impl<R: BufRead> Read for Letters<R> {
 
 impl Data {
     fn open<'a>(&self, progress: &'a Progress) -> Result<impl BufRead + 'a, ReadError> {
-        let mut file: File = open_file(&self.file)?.0;
+        let mut file = open_file(&self.file)?.0;
         file.seek(SeekFrom::Start(self.start))?;
         Ok(counted(file, progress))
     }

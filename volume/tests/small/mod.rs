@@ -113,6 +113,18 @@ pub fn zip(files: &[(String, Vec<u8>)]) -> Vec<u8> {
     out.finish().unwrap().into_inner()
 }
 
+pub fn tar(files: &[(String, Vec<u8>)]) -> Vec<u8> {
+    let mut tar = tar::Builder::new(vec![]);
+    for (name, bytes) in files {
+        let mut header = tar::Header::new_gnu();
+        header.set_size(bytes.len() as u64);
+        header.set_mode(0o644);
+        header.set_cksum();
+        tar.append_data(&mut header, name, bytes.as_slice()).unwrap();
+    }
+    tar.into_inner().unwrap()
+}
+
 pub const EXPLICIT: &str = "1.2.840.10008.1.2.1";
 pub const IMPLICIT: &str = "1.2.840.10008.1.2";
 pub const BIG: &str = "1.2.840.10008.1.2.2";
@@ -391,16 +403,7 @@ fn vti_blocks(word: usize) -> (Vec<u8>, Vec<u8>) {
 
 /// A project; `matrix` and its list under other names are other programs' business.
 pub fn invesalius(plist: &str, packed: bool) -> Vec<u8> {
-    let mut tar = tar::Builder::new(vec![]);
-    let data = samples(false);
-    for (name, bytes) in [("tmp/matrix.dat", data.as_slice()), ("tmp/main.plist", plist.as_bytes())] {
-        let mut header = tar::Header::new_gnu();
-        header.set_size(bytes.len() as u64);
-        header.set_mode(0o644);
-        header.set_cksum();
-        tar.append_data(&mut header, name, bytes).unwrap();
-    }
-    let tar = tar.into_inner().unwrap();
+    let tar = tar(&[("tmp/matrix.dat".into(), samples(false)), ("tmp/main.plist".into(), plist.as_bytes().to_vec())]);
     if packed { gzip(&tar) } else { tar }
 }
 
@@ -603,6 +606,7 @@ pub fn all() -> Vec<Small> {
 pub fn others() -> Vec<Small> {
     let folder = |name, files| Small { name, files, open: "" };
     let one_slice = |codec: &str, syntax| vec![("IM1".to_owned(), Dicom::slice(0).packed(syntax, vec![packed(codec)]).bytes())];
+    let pages = tiff(0..4, IMAGEJ, tiff::encoder::Compression::Lzw, false);
     let runs: Vec<u8> = [127, 3, 5, 9, 128 + 60].into_iter().chain(0..60).collect();
     vec![
         Small::one("Amira by runs", "e.am", amira("BINARY-LITTLE-ENDIAN", &format!("byte Labels }} @1(HxByteRLE,{})", runs.len()), &runs)),
@@ -611,6 +615,12 @@ pub fn others() -> Vec<Small> {
         folder("BMP", pictures("bmp", image::ImageFormat::Bmp)),
         folder("JPEG", pictures("jpg", image::ImageFormat::Jpeg)),
         folder("JPEG 2000 pictures", (0..2).map(|k| (format!("s{k}.j2k"), packed("jpeg 2000"))).collect()),
+        Small::one("NRRD in a zip", "n.zip", zip(&[("a/b.nrrd".into(), nrrd("encoding: raw", &samples(false))), ("c".into(), vec![1; 9])])),
+        Small::one("DICOM in a packed tar", "t.tgz", gzip(&tar(&dicom_files(Dicom::slice)))),
+        Small::one("MetaImage in a tar", "t.tar", tar(&[("l.mhd".into(), metaimage("", "a.raw", b"")), ("a.raw".into(), samples(false))])),
+        Small::one("TIFF in a zip in a zip", "z.zip", zip(&[("b.zip".into(), zip(&[("c.tif".into(), pages)]))])),
+        Small::one("DICOM multi-frame by gzip", "m.dcm.gz", gzip(&enhanced().bytes())),
+        folder("DICOM files by gzip", dicom_files(Dicom::slice).into_iter().map(|(n, b)| (format!("{n}.dcm.gz"), gzip(&b))).collect()),
         folder("DICOM by lossless JPEG", one_slice("jpeg", JPEG_LOSSLESS)),
         folder("DICOM by JPEG 2000", one_slice("jpeg 2000", JPEG_2000)),
         folder("DICOM by JPEG-LS", one_slice("jpeg-ls", JPEG_LS)),

@@ -118,13 +118,13 @@ enum Offsets {
 impl Header {
     /// Reads up to the pixels, if the file begins as DICOM does.
     pub fn read_if_dicom(entry: &Entry, progress: &Progress) -> Result<Option<Self>, ReadError> {
-        let head = head(entry, progress)?;
+        let head = entry.head(MOST_META, progress)?;
         if is_dicom(&head) { Self::after(&head, entry, progress).map(Some) } else { Ok(None) }
     }
 
     /// Reads up to the pixels.
     pub fn read(entry: &Entry, progress: &Progress) -> Result<Self, ReadError> {
-        Self::after(&head(entry, progress)?, entry, progress)
+        Self::after(&entry.head(MOST_META, progress)?, entry, progress)
     }
 
     fn after(head: &[u8], entry: &Entry, progress: &Progress) -> Result<Self, ReadError> {
@@ -392,12 +392,6 @@ fn meta(head: &[u8]) -> Result<(String, u64), ReadError> {
     let spelled = head.get(at + 4..at + 6).is_some_and(|vr| vr.iter().all(u8::is_ascii_uppercase));
     let unsaid = if spelled { "1.2.840.10008.1.2.1" } else { IMPLICIT };
     Ok((uid.unwrap_or_else(|| unsaid.to_owned()), at as u64))
-}
-
-fn head(entry: &Entry, progress: &Progress) -> Result<Vec<u8>, ReadError> {
-    let mut head = vec![];
-    entry.open(0, progress)?.take(MOST_META).read_to_end(&mut head)?;
-    Ok(head)
 }
 
 /// Whether a file begins as DICOM does, with a preamble or, in old files, without: by an element of the meta information, or of the first that a
