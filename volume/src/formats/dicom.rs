@@ -8,6 +8,7 @@ mod header;
 mod jpeg_lossless;
 mod padding;
 mod pixels;
+mod placeless;
 pub mod series;
 
 use super::decode::{Encoding, SampleType};
@@ -178,6 +179,7 @@ fn images(headers: &[Header], warnings: &mut Vec<String>) -> Result<Vec<Image>, 
     }
     left_out(placeless, "of its images do not state where they lie and are");
     warnings.extend(headers.iter().find_map(assumed));
+    warnings.extend(headers.iter().find_map(|header| header.lent).map(placeless::Lent::warning));
     let key = |i: &Image| {
         let header = &headers[i.file];
         let number = |tag| header.number(tag, i.frame).unwrap_or(0.0);

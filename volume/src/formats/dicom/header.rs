@@ -5,6 +5,7 @@ use super::super::decode;
 use super::super::entries::{Entry, skip};
 use super::super::part::MOST_EXPANSION;
 use super::dataset::{self, Visit};
+use super::placeless::Lent;
 use crate::Progress;
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::tags;
@@ -18,7 +19,7 @@ use std::collections::HashMap;
 use std::io::{BufReader, Read};
 
 /// The attributes that are read. All others, the person's name among them, are skipped unread.
-const WANTED: [Tag; 44] = [
+const WANTED: [Tag; 45] = [
     tags::SOP_CLASS_UID,
     tags::IMAGE_TYPE,
     tags::MODALITY,
@@ -35,6 +36,7 @@ const WANTED: [Tag; 44] = [
     tags::INSTANCE_NUMBER,
     tags::TEMPORAL_POSITION_INDEX,
     tags::SLICE_THICKNESS,
+    tags::SLICE_LOCATION,
     tags::SPACING_BETWEEN_SLICES,
     tags::IMAGE_POSITION_PATIENT,
     tags::IMAGE_ORIENTATION_PATIENT,
@@ -104,6 +106,8 @@ pub struct Header {
     charset: Option<SpecificCharacterSet>,
     /// Where the frames of a file that describes none lie.
     offsets: Option<Offsets>,
+    /// The place of a file that states none.
+    pub lent: Option<Lent>,
 }
 
 /// Where the frames of a file of the old multi-frame classes lie, which state one position for all: mm along their normal.
@@ -132,8 +136,18 @@ impl Header {
         let syntax = TransferSyntaxRegistry.get(&uid);
         let syntax = syntax.ok_or_else(|| ReadError::Unsupported(format!("its transfer syntax {uid:?} is not known")))?;
         let (values, shared) = (Values::new(), Values::new());
-        let mut header =
-            Self { entry: entry.clone(), syntax, start, pixels: None, values, shared, frames: vec![], charset: None, offsets: None };
+        let mut header = Self {
+            entry: entry.clone(),
+            syntax,
+            start,
+            pixels: None,
+            values,
+            shared,
+            frames: vec![],
+            charset: None,
+            offsets: None,
+            lent: None,
+        };
         let rest = entry.bytes.saturating_sub(start);
         if header.is_deflated() {
             let inflated = DeflateDecoder::new(entry.open(start, progress)?);
@@ -210,6 +224,10 @@ impl Header {
             let position = self.numbers::<3>(tags::IMAGE_POSITION_PATIENT, frame);
             position.zip(self.numbers::<6>(tags::IMAGE_ORIENTATION_PATIENT, frame))
         });
+        if let Some(lent) = self.lent {
+            let position = self.numbers::<3>(tags::IMAGE_POSITION_PATIENT, frame);
+            return Some(lent.place(position, self.numbers::<6>(tags::IMAGE_ORIENTATION_PATIENT, frame)));
+        }
         let Some(offsets) = &self.offsets else { return stated? };
         let (position, along) = stated.flatten().unwrap_or(([0.0; 3], [1.0, 0.0, 0.0, 0.0, 1.0, 0.0]));
         let offset_mm = match offsets {

@@ -5,6 +5,7 @@ use super::super::part::in_file;
 use super::super::{Hints, ReadError, archive};
 use super::apart::{Scan, told_apart};
 use super::header::Header;
+use super::placeless;
 use crate::Progress;
 use dicom_dictionary_std::tags;
 use rayon::prelude::*;
@@ -137,5 +138,6 @@ fn headers(entries: Vec<Entry>, progress: &Progress, warnings: &mut Vec<String>)
         let more = if broken.len() > 1 { format!(" ({} such files)", broken.len()) } else { String::new() };
         warnings.push(format!("{name} cannot be read and is left out: {error}{more}"));
     }
+    by_series.values_mut().for_each(|headers| placeless::lend(headers));
     Ok(by_series)
 }
