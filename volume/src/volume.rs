@@ -107,7 +107,8 @@ impl Volume {
     }
 
     /// The same with what its file says beside the samples.
-    pub(crate) fn with_facts(self, spacing_is_stated: bool, metadata: Metadata) -> Self {
+    pub(crate) fn with_facts(mut self, spacing_is_stated: bool, unit: Unit, metadata: Metadata) -> Self {
+        self.summary.unit = unit;
         Self { spacing_is_stated, metadata, ..self }
     }
 

@@ -51,7 +51,7 @@ fn scan(path: &Path, hints: &Hints, _progress: &Progress) -> Result<Scan, ReadEr
     let grid = Grid::new(dims, spacing_mm.unwrap_or(DVec3::ONE), origin_mm, DMat3::IDENTITY)?;
     let wanted = grid.len() as u128 * sample.bytes() as u128;
     let part = Part::checked(path, Packing::Plain, SIZE as u64, 0, wanted, there)?;
-    let scan = Scan::new(grid, Encoding { sample, big_endian: true }, there, Storage::parts(vec![part]));
+    let scan = Scan::new(grid, Encoding { sample, big_endian: true }, there, Storage::Parts(vec![part]));
     let warnings = spacing_mm.is_none().then_some(NO_SPACING).into_iter().chain([NO_DIRECTIONS]).map(str::to_owned).collect();
     Ok(Scan { spacing_is_stated: spacing_mm.is_some(), warnings, ..scan })
 }

@@ -37,6 +37,6 @@ fn scan(path: &Path, hints: &Hints, _progress: &Progress) -> Result<Scan, ReadEr
     if spacing_mm.is_none() {
         warnings.push(NO_SPACING.into());
     }
-    let scan = Scan::new(grid, Encoding { sample: SampleType::I16, big_endian: false }, there, Storage::parts(vec![part]));
+    let scan = Scan::new(grid, Encoding { sample: SampleType::I16, big_endian: false }, there, Storage::Parts(vec![part]));
     Ok(Scan { spacing_is_stated: spacing_mm.is_some(), warnings, ..scan })
 }

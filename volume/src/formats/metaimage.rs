@@ -175,7 +175,7 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
         _ => None,
     };
     let metadata = header.fields.into_iter().filter(|(key, _)| !KNOWN.contains(&key.as_str()) && key != UNIT).collect();
-    let scan = Scan::new(grid, encoding, file_bytes, Storage::parts(parts));
+    let scan = Scan::new(grid, encoding, file_bytes, Storage::Parts(parts));
     Ok(Scan { slope, intercept, unit, spacing_is_stated, warnings, metadata, ..scan })
 }
 

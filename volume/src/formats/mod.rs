@@ -4,12 +4,14 @@
 //! or into every n-th of them. What a reader is given was made by a stranger: sizes are checked against the file's own length
 //! before anything is reserved, and whatever is wrong becomes a sentence, never a panic.
 
+mod ahead;
 mod amira;
 mod archive;
 mod decode;
 mod dicom;
 mod entries;
 mod error;
+mod fill;
 mod gipl;
 mod invesalius;
 mod isq;

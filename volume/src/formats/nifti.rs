@@ -322,7 +322,7 @@ fn scan(path: &Path, hints: &Hints, _progress: &Progress) -> Result<Scan, ReadEr
     if !description.is_empty() {
         metadata.insert("description".to_owned(), description);
     }
-    let scan = Scan::new(grid, encoding, there, Storage::parts(vec![Part { beside, ..part }]));
+    let scan = Scan::new(grid, encoding, there, Storage::Parts(vec![Part { beside, ..part }]));
     // Where this program writes the unit of values.
     let unit = match header.bytes[if header.wide { 508..524 } else { 328..344 }].split(|b| *b == 0).next() {
         Some(b"HU") if is_single => Some(Unit::Hounsfield),

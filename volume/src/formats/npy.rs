@@ -63,6 +63,6 @@ fn scan(path: &Path, hints: &Hints, _progress: &Progress) -> Result<Scan, ReadEr
     if hints.spacing_mm.is_none() {
         warnings.push(NO_SPACING.into());
     }
-    let scan = Scan::new(grid, Encoding { sample, big_endian: order == ">" }, there, Storage::parts(vec![part]));
+    let scan = Scan::new(grid, Encoding { sample, big_endian: order == ">" }, there, Storage::Parts(vec![part]));
     Ok(Scan { spacing_is_stated: hints.spacing_mm.is_some(), warnings, ..scan })
 }

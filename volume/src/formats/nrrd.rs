@@ -69,7 +69,7 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
         _ => None,
     };
     let metadata = header.keys.into_iter().filter(|(key, _)| !["slope", "intercept", "unit"].contains(&key.as_str())).collect();
-    let scan = Scan::new(grid, encoding, file_bytes, Storage::parts(parts));
+    let scan = Scan::new(grid, encoding, file_bytes, Storage::Parts(parts));
     Ok(Scan { slope, intercept, unit, spacing_is_stated, warnings, metadata, ..scan })
 }
 

@@ -104,6 +104,6 @@ fn scan(path: &Path, hints: &Hints, _progress: &Progress) -> Result<Scan, ReadEr
     if extra > 0 {
         return Err(ReadError::TooLong(extra));
     }
-    let scan = Scan::new(grid, encoding, there, Storage::parts(vec![part]));
+    let scan = Scan::new(grid, encoding, there, Storage::Parts(vec![part]));
     Ok(Scan { unit: Some(Unit::Value), spacing_is_stated: hints.spacing_mm.is_some(), warnings, ..scan })
 }

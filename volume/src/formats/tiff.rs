@@ -297,7 +297,7 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
     let storage = match contiguous {
         Some((start, slices)) => {
             let wanted = u128::from(page_bytes) * slices as u128;
-            Storage::parts(vec![Part::checked(path, Packing::Plain, start, 0, wanted, there)?])
+            Storage::Parts(vec![Part::checked(path, Packing::Plain, start, 0, wanted, there)?])
         }
         None => {
             let path = path.to_owned();

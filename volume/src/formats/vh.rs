@@ -66,7 +66,7 @@ fn scan(path: &Path, _hints: &Hints, _progress: &Progress) -> Result<Scan, ReadE
     let [i, j, k] = grid.dims();
     let kind = format!("{sample:?}").to_lowercase();
     let warnings = vec![format!("its header is taken to say {i}×{j}×{k} {kind}, {dx} × {dy} × {dz} mm a voxel"), NO_DIRECTIONS.into()];
-    let scan = Scan::new(grid, Encoding { sample, big_endian: false }, there, Storage::parts(vec![Part { beside: true, ..part }]));
+    let scan = Scan::new(grid, Encoding { sample, big_endian: false }, there, Storage::Parts(vec![Part { beside: true, ..part }]));
     Ok(Scan { warnings, ..scan })
 }
 

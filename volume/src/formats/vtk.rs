@@ -60,7 +60,7 @@ fn scan(path: &Path, hints: &Hints, _progress: &Progress) -> Result<Scan, ReadEr
             Ok(vec![])
         }))
     } else {
-        Storage::parts(vec![Part::checked(path, Packing::Plain, header.start, 0, wanted, there)?])
+        Storage::Parts(vec![Part::checked(path, Packing::Plain, header.start, 0, wanted, there)?])
     };
     let mut warnings = vec![NO_DIRECTIONS.to_owned()];
     if spacing_mm.is_none() {
