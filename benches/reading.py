@@ -26,6 +26,7 @@ ITK_SERIES = (
     "import SimpleITK as s;r=s.ImageSeriesReader();r.SetFileNames(r.GetGDCMSeriesFileNames(sys.argv[1]));im=r.Execute()"
 )
 TIFFFILE = "import tifffile,imagecodecs;im=tifffile.imread(sys.argv[1])"
+NUMPY = "import numpy;im=numpy.fromfile(sys.argv[1],'u1')"
 TIMED = "import sys,time\n{first}\nt=time.perf_counter()\n{rest}\nprint(time.perf_counter()-t)"
 
 
@@ -112,7 +113,7 @@ def dd(path):
 
 
 FORMS = {
-    "raw NRRD": ("raw.nrrd", {"bregma": own, "SimpleITK": lambda p: python(ITK, p), "dd": dd}),
+    "raw NRRD": ("raw.nrrd", {"bregma": own, "SimpleITK": lambda p: python(ITK, p), "numpy": lambda p: python(NUMPY, p), "dd": dd}),
     "gzip NRRD": ("gzip.nrrd", {"bregma": own, "SimpleITK": lambda p: python(ITK, p)}),
     "deflate TIFF": ("deflate.tif", {"bregma": own, "SimpleITK": lambda p: python(ITK, p), "tifffile": lambda p: python(TIFFFILE, p)}),
     "DICOM": ("plain", {"bregma": own, "SimpleITK": lambda p: python(ITK_SERIES, p)}),
