@@ -100,7 +100,7 @@ fn cases(folder: &Folder) -> Vec<Case> {
     add("NIfTI with a negative size", put_at("NIfTI-1", 42, &(-8_i16).to_le_bytes()));
     add("NIfTI with time", put_at("NIfTI-1", 40, &[4, 0, 8, 0, 6, 0, 4, 0, 9, 0]));
     add("NIfTI whose samples begin in its header", put_at("NIfTI-1", 108, &100_f32.to_le_bytes()));
-    add("NIfTI with a singular form", put_at("NIfTI-1", 280, &[0; 48]));
+    add("NIfTI with a singular form", put_at("NIfTI-1", 280, &[0; 16]));
     add("NIfTI without its pair", with("NIfTI pair", |f| drop(f.pop())));
     add("NIfTI pair in one file", put_at("NIfTI-1", 344, b"ni1\0"));
 
@@ -211,6 +211,15 @@ fn cases(folder: &Folder) -> Vec<Case> {
     add("VGI of another packing", text("VOL by VGI", "FileFormat = raw", "FileFormat = jpeg"));
     add("VGI of an unknown type", text("VOL by VGI", "Datatype = unsigned integer", "Datatype = colour"));
     add("VGI whose samples are cut", with("VOL by VGI", |f| f[1].1.truncate(100)));
+    let slabs =
+        |from: &str, to: &str| with("Drishti", |f| f[0].1 = String::from_utf8(f[0].1.clone()).unwrap().replace(from, to).into_bytes());
+    add("Drishti without a slab", with("Drishti", |f| drop(f.pop())));
+    add("Drishti without a size", slabs("gridsize", "size"));
+    add("Drishti of a bad size", slabs("4 6 8", "4 6"));
+    add("Drishti of an unknown type", slabs("unsigned short", "colour"));
+    add("Drishti of more slabs than numbers", slabs("4 6 8", "4000000 6 8"));
+    add("Drishti whose slab is cut", with("Drishti", |f| f[2].1.truncate(50)));
+    add("Drishti that is no XML", slabs("</gridsize>", "</size>"));
     add("PCR without its samples", with("VOL by PCR", |f| drop(f.pop())));
     add("PCR without a size", text("VOL by PCR", "Volume_SizeX", "Volume_X"));
     add("PCR of a bad size", text("VOL by PCR", "Volume_SizeX=8", "Volume_SizeX=0"));

@@ -38,5 +38,8 @@ fn scan(path: &Path, hints: &Hints, _progress: &Progress) -> Result<Scan, ReadEr
         warnings.push(NO_SPACING.into());
     }
     let scan = Scan::new(grid, Encoding { sample: SampleType::I16, big_endian: false }, there, Storage::Parts(vec![part]));
-    Ok(Scan { spacing_is_stated: spacing_mm.is_some(), warnings, ..scan })
+    // A sample by this number is the linear attenuation in 1/cm. Density needs the phantom's line, which the first block does not hold.
+    let mu = number(88);
+    let metadata = (mu > 0).then(|| ("MuScaling".to_owned(), format!("{mu} (sample / {mu} is the linear attenuation, 1/cm)")));
+    Ok(Scan { spacing_is_stated: spacing_mm.is_some(), warnings, metadata: metadata.into_iter().collect(), ..scan })
 }

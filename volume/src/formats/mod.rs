@@ -9,6 +9,7 @@ mod amira;
 mod archive;
 mod decode;
 mod dicom;
+mod drishti;
 mod entries;
 mod error;
 mod fill;
@@ -85,6 +86,7 @@ pub static FORMATS: &[Format] = &[
     mgh::FORMAT,
     vtk::FORMAT,
     vol::FORMAT,
+    drishti::FORMAT,
     pictures::FORMAT,
     vh::FORMAT,
     raw::FORMAT,

@@ -213,9 +213,10 @@ impl<'a> Header<'a> {
             let [x, y, z]: [[f64; 4]; 3] = std::array::from_fn(|n| self.floats(280 + 16 * n, 400 + 32 * n));
             let column = |n: usize| lps * DVec3::new(x[n], y[n], z[n]) * unit_mm;
             let matrix = DMat3::from_cols(column(0), column(1), column(2));
-            // A form of zeros beside a good one is what some programs leave when they drop it.
-            if matrix == DMat3::ZERO && self.int(252, 344, 4) > 0 {
-                warnings.push("its sform is all zeros; where it lies is taken from its qform".into());
+            // A form of zeros is what some programs leave when they drop it.
+            if matrix == DMat3::ZERO {
+                let instead = if self.int(252, 344, 4) > 0 { "qform" } else { "spacings alone, as it has no qform" };
+                warnings.push(format!("its sform is all zeros; where it lies is taken from its {instead}"));
             } else {
                 return Ok(Grid::from_affine(dims, DAffine3::from_mat3_translation(matrix, column(3)))?);
             }

@@ -482,6 +482,14 @@ pub const VGI: &str = "{volume1}\n[representation]\nsize = 8 6 4\ndatatype = uns
 pub const PCR: &str =
     "[General]\nVersion=2.2\n[VolumeData]\nVolume_SizeX=8\nVolume_SizeY=6\nVolume_SizeZ=4\nFormat=5\nVoxelSizeRec=0.045\n";
 
+pub const PVL: &str = "<!DOCTYPE Drishti_Header>\n<PvlDotNcFileHeader>\n  <rawfile></rawfile>\n  <voxeltype>unsigned short</voxeltype>\n  <pvlvoxeltype>unsigned short</pvlvoxeltype>\n  <gridsize>4 6 8</gridsize>\n  <voxelunit>micron</voxelunit>\n  <voxelsize>500 750 2000</voxelsize>\n  <slabsize>3</slabsize>\n  <rawmap>0 65535 </rawmap>\n</PvlDotNcFileHeader>\n";
+
+/// A slab of Drishti's: slices `from` to `to`.
+pub fn slab(from: usize, to: usize) -> Vec<u8> {
+    let sizes = [to - from, DIMS[1], DIMS[0]].map(|n| (n as u32).to_le_bytes()).concat();
+    [vec![2], sizes, (from..to).flat_map(|k| slice(k, false)).collect()].concat()
+}
+
 /// An ISQ of the samples; one block more than it needs lies before them.
 pub fn isq() -> Vec<u8> {
     let mut h = vec![0; 1024];
@@ -598,6 +606,8 @@ pub fn all() -> Vec<Small> {
     all.push(beside("MetaImage list", "l.mhd", metaimage("", "LIST", b"a.raw\nb.raw\n"), &halves));
     all.push(beside("NRRD list", "l.nhdr", nrrd("encoding: raw\ndata file: LIST 3\na.raw\nb.raw", &[]), &halves));
     all.push(beside("VOL by VGI", "s.vgi", VGI.into(), &[("s.vol".to_owned(), data.clone())]));
+    let slabs = [("d.pvl.nc.001".to_owned(), slab(0, 3)), ("d.pvl.nc.002".to_owned(), slab(3, 4))];
+    all.push(beside("Drishti", "d.pvl.nc", PVL.into(), &slabs));
     all.push(beside("VH", "v.vh", b"size 8 6 4\nextent 0.5 0.75 2\nbits 16\n".to_vec(), &[("v.raw".to_owned(), data.clone())]));
     all
 }
