@@ -33,7 +33,7 @@ impl std::fmt::Display for Series {
 pub fn read(path: &Path, hints: &Hints, progress: &Progress, warnings: &mut Vec<String>) -> Result<Vec<Header>, ReadError> {
     // The list of a disc names its files; they are looked for.
     let path = match path.parent() {
-        Some(folder) if path.file_name().is_some_and(|name| name.eq_ignore_ascii_case("DICOMDIR")) && path.is_file() => {
+        Some(folder) if path.file_name().is_some_and(|name| name.eq_ignore_ascii_case("DICOMDIR")) && archive::is_file(path) => {
             if folder == Path::new("") { Path::new(".") } else { folder }
         }
         _ => path,
