@@ -3,10 +3,10 @@
 //! A member's path is that of its archive and its own, `scans.zip/skull/a.nrrd`, so that a header finds the files beside it as in a folder. What
 //! lies in a row is read where it lies; what is packed is unpacked into memory when it must be reached in any order.
 
-use super::entries::{Entry, MOST_FILES, beyond, in_folder, is_apples, natural};
-use super::part::{Packing, check_expansion, disk_file};
-use super::stretch::Stretch;
-use super::{FORMATS, Format, HEAD_BYTES, ReadError, dicom, pictures, raw, tiff};
+use super::ReadError;
+use super::entry::{Entry, MOST_FILES, beyond, is_apples, natural};
+use super::packing::{Packing, check_expansion};
+use super::stretch::{Stretch, disk_file};
 use crate::Progress;
 use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
@@ -260,50 +260,4 @@ fn in_tar(path: &Path, stretch: &Stretch, progress: &Progress, warnings: &mut Ve
 /// Whether a file that begins so may be an archive.
 pub fn is_archive(head: &[u8]) -> bool {
     Kind::of(head).is_some()
-}
-
-/// The scan in the archive, or the folder of one, at `path`: DICOM, else the only volume in it, else pictures, else the only archive in it.
-pub fn find(path: &Path, progress: &Progress) -> Result<(&'static Format, PathBuf), ReadError> {
-    let entries = in_folder(path, true, progress, &mut vec![])?;
-    if entries.iter().any(|entry| dicom::is_dicom(entry, progress)) {
-        return Ok((&dicom::FORMAT, path.to_owned()));
-    }
-    // A TIFF may be one slice of many, and data without a header of anything.
-    let is_volume = |format: &&Format| ![&tiff::FORMAT, &pictures::FORMAT, &raw::FORMAT].iter().any(|other| other.name == format.name);
-    let mut volumes = vec![];
-    for entry in &entries {
-        let head = entry.head(HEAD_BYTES, progress)?;
-        let format = FORMATS.iter().filter(is_volume).find(|format| (format.sniff)(&entry.file, &head, progress));
-        volumes.extend(format.map(|format| (format, entry.file.clone())));
-        progress.advance(0)?;
-    }
-    // Of a header with its samples beside it, both are known.
-    let headers: Vec<PathBuf> = volumes.iter().map(|(_, file)| file.clone()).collect();
-    volumes.retain(|(_, file)| file.extension().is_none_or(|e| e != "img") || !headers.contains(&file.with_extension("hdr")));
-    let has_end = |entry: &&Entry, ends: &[&str]| ends.iter().any(|end| entry.name.to_lowercase().ends_with(end));
-    let archives = || entries.iter().filter(|entry| has_end(entry, &[".zip", ".tar", ".tgz", ".gz"]));
-    let mut samples = entries.iter().filter(|entry| has_end(entry, &[".raw"]));
-    let list = |n: usize, what: &str, [a, b]: [&Path; 2]| {
-        let [a, b] = [a, b].map(|file| file.strip_prefix(path).unwrap_or(file).display());
-        ReadError::Unsupported(format!("it holds {n} {what}, from {a} to {b}; name one, as ARCHIVE/{a}"))
-    };
-    match &volumes[..] {
-        [(format, file)] => return Ok((format, file.clone())),
-        [(_, first), .., (_, last)] => return Err(list(volumes.len(), "scans", [first, last])),
-        [] => {}
-    }
-    match &entries.iter().filter(|entry| pictures::is_picture(entry)).collect::<Vec<_>>()[..] {
-        [] => {}
-        [only] if tiff::is_tiff(&only.head(HEAD_BYTES, progress)?) => return Ok((&tiff::FORMAT, only.file.clone())),
-        _ => return Ok((&pictures::FORMAT, path.to_owned())),
-    }
-    match (samples.next(), samples.next(), &archives().collect::<Vec<_>>()[..]) {
-        (Some(only), None, _) => Ok((&raw::FORMAT, only.file.clone())),
-        (.., []) if open(path, progress)?.is_some_and(|archive| archive.is_single) => {
-            Err(ReadError::Unsupported("it is packed by gzip, and what it packs is no scan that is known here; unpack it and look".into()))
-        }
-        (.., []) => Err(ReadError::NoImages),
-        (.., [only]) => super::find(&only.file, progress),
-        (.., all @ [first, .., last]) => Err(list(all.len(), "archives", [&first.file, &last.file])),
-    }
 }

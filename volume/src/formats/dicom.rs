@@ -6,13 +6,15 @@ mod apart;
 mod dataset;
 mod header;
 mod jpeg_lossless;
+mod lent;
 mod padding;
 mod pixels;
 mod placeless;
 pub mod series;
 
 use super::decode::{Encoding, SampleType};
-use super::entries::{Entry, in_folder};
+use super::entries::{entry_at, in_folder};
+use super::entry::Entry;
 use super::stack::{self, Mix, Slice};
 use super::{Format, Hints, NO_SPACING, ReadError, Scan, Storage};
 use crate::volume::Metadata;
@@ -36,7 +38,7 @@ fn sniff(path: &Path, head: &[u8], progress: &Progress) -> bool {
     }
     // The name covers files that are damaged too, so that what is wrong with them can be said.
     let named = path.extension().is_some_and(|e| ["dcm", "dicom", "ima"].iter().any(|n| e.eq_ignore_ascii_case(n)));
-    let is_gzip = || head.starts_with(&[0x1f, 0x8b]) && Entry::of(path, progress).is_ok_and(|entry| is_dicom(&entry, progress));
+    let is_gzip = || head.starts_with(&[0x1f, 0x8b]) && entry_at(path, progress).is_ok_and(|entry| is_dicom(&entry, progress));
     !head.is_empty() && (named || header::is_dicom(head) || is_gzip())
 }
 
@@ -179,7 +181,7 @@ fn images(headers: &[Header], warnings: &mut Vec<String>) -> Result<Vec<Image>, 
     }
     left_out(placeless, "of its images do not state where they lie and are");
     warnings.extend(headers.iter().find_map(assumed));
-    warnings.extend(headers.iter().find_map(|header| header.lent).map(placeless::Lent::warning));
+    warnings.extend(headers.iter().find_map(|header| header.lent).map(lent::Lent::warning));
     let key = |i: &Image| {
         let header = &headers[i.file];
         let number = |tag| header.number(tag, i.frame).unwrap_or(0.0);

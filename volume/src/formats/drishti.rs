@@ -3,7 +3,8 @@
 //! (<https://github.com/nci/drishti>): slices along depth, in them rows along width, in those samples along height.
 
 use super::decode::{Encoding, SampleType};
-use super::part::{Packing, Part, head_of, in_file, open_file};
+use super::packing::Packing;
+use super::part::{Part, head_of, in_file, open_file};
 use super::text::{decimals, sizes};
 use super::units::unit_mm;
 use super::{Format, Hints, NO_DIRECTIONS, NO_SPACING, ReadError, Scan, Storage, bad};

@@ -2,7 +2,8 @@
 
 use super::ReadError;
 use super::decode::{Encoding, Kept, SampleType};
-use super::part::{MORE_BYTES, Packing, Part, check_length, in_file, open_file, read_all};
+use super::packing::Packing;
+use super::part::{MORE_BYTES, Part, check_length, in_file, open_file, read_all};
 use crate::{Progress, Samples};
 use bytemuck::cast_slice_mut;
 use rayon::prelude::*;

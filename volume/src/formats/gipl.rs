@@ -1,7 +1,8 @@
 //! GIPL, the Guy's Image Processing Lab format: 256 bytes of header, big-endian. Places of fields as in ITK's itkGiplImageIO.
 
 use super::decode::{Encoding, SampleType};
-use super::part::{Packing, Part, head_of};
+use super::packing::Packing;
+use super::part::{Part, head_of};
 use super::{Format, Hints, NO_DIRECTIONS, NO_SPACING, ReadError, Scan, Storage, bad};
 use crate::{Grid, Progress};
 use glam::{DMat3, DVec3};

@@ -3,7 +3,8 @@
 //! InVesalius turns the rows of a picture upside down on import (`[::-1]` in its dcm2memmap) and keeps no position: j grows to the front.
 
 use super::decode::{Encoding, SampleType};
-use super::part::{Counted, Packing, check_expansion, counted, open_file, pass};
+use super::packing::{Counted, Packing, check_expansion, counted};
+use super::part::{open_file, pass};
 use super::{Format, Hints, ReadError, Scan, Storage, bad};
 use crate::{Grid, Progress};
 use flate2::bufread::MultiGzDecoder;

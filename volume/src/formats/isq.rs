@@ -2,7 +2,8 @@
 //! (<https://github.com/KitwareMedical/ITKIOScanco>) and Scanco's own notes to users.
 
 use super::decode::{Encoding, SampleType};
-use super::part::{Packing, Part, head_of};
+use super::packing::Packing;
+use super::part::{Part, head_of};
 use super::{Format, Hints, NO_DIRECTIONS, NO_SPACING, ReadError, Scan, Storage};
 use crate::{Grid, Progress};
 use glam::{DMat3, DVec3};

@@ -5,7 +5,8 @@
 pub mod write;
 
 use super::decode::{Encoding, SampleType};
-use super::part::{Packing, Part, in_file, open_file};
+use super::packing::Packing;
+use super::part::{Part, in_file, open_file};
 use super::{Format, Hints, NO_SPACING, ReadError, Scan, Storage, Writer, bad};
 use crate::{Grid, GridError, Progress, Unit};
 use glam::{DMat3, DVec3};

@@ -11,9 +11,11 @@ mod decode;
 mod dicom;
 mod drishti;
 mod entries;
+mod entry;
 mod error;
 mod fill;
 mod gipl;
+mod inside;
 mod invesalius;
 mod isq;
 mod jpeg_2000;
@@ -23,6 +25,7 @@ mod mgh;
 mod nifti;
 mod npy;
 pub mod nrrd;
+mod packing;
 mod part;
 mod pictures;
 mod raw;
@@ -277,7 +280,7 @@ fn find(path: &Path, progress: &Progress) -> Result<(&'static Format, PathBuf), 
     let is_folder = path.is_dir();
     if !is_folder {
         if !path.exists() && archive::is_folder_inside(path, progress)? {
-            return archive::find(path, progress);
+            return inside::find(path, progress);
         }
         head = part::head_of(path, HEAD_BYTES)?.0;
     }
@@ -287,7 +290,7 @@ fn find(path: &Path, progress: &Progress) -> Result<(&'static Format, PathBuf), 
     match found {
         Some(format) => Ok((format, path.to_owned())),
         None if is_folder => Err(ReadError::Directory),
-        None if archive::is_archive(&head) => archive::find(path, progress),
+        None if archive::is_archive(&head) => inside::find(path, progress),
         None => Err(unknown()),
     }
 }

@@ -5,7 +5,8 @@
 pub mod write;
 
 use super::decode::{Encoding, SampleType};
-use super::part::{Packing, Part, head_of, in_file};
+use super::packing::Packing;
+use super::part::{Part, head_of, in_file};
 use super::{Format, Hints, NO_DIRECTIONS, ReadError, Scan, Storage, Writer, archive, bad};
 use crate::{Grid, GridError, Metadata, Progress, Unit};
 use flate2::bufread::GzDecoder;

@@ -9,7 +9,8 @@ use write::write_plain;
 pub use write::{Compression, write};
 
 use super::decode::{Encoding, SampleType};
-use super::part::{Packing, Part, counted, in_file, open_file};
+use super::packing::{Packing, counted};
+use super::part::{Part, in_file, open_file};
 use super::{Format, Hints, ReadError, Scan, Storage, Writer, bad};
 use crate::{Progress, Unit};
 use header::Header;

@@ -6,8 +6,10 @@ pub mod names;
 
 use super::decode::{Encoding, SampleType};
 use super::dicom::blend;
-use super::entries::{Entry, in_folder};
-use super::part::{MOST_BLANK, MOST_EXPANSION, check_expansion_to, in_file};
+use super::entries::in_folder;
+use super::entry::Entry;
+use super::packing::{MOST_BLANK, MOST_EXPANSION, check_expansion_to};
+use super::part::in_file;
 use super::stack::Mix;
 use super::{Format, Hints, NO_DIRECTIONS, NO_SPACING, ReadError, Scan, Storage, Uneven, archive, jpeg_2000, tiff};
 use crate::{Grid, Progress};

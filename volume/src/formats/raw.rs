@@ -1,7 +1,8 @@
 //! Headerless files: samples and nothing else, i fastest. Their layout comes from `--raw` or from their name.
 
 use super::decode::{Encoding, SampleType};
-use super::part::{Packing, Part, open_file};
+use super::packing::Packing;
+use super::part::{Part, open_file};
 use super::{Format, Hints, NO_SPACING, ReadError, Scan, Storage};
 use crate::{Grid, Progress, Unit};
 use glam::{DMat3, DVec3};

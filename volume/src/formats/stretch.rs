@@ -97,3 +97,18 @@ impl Seek for Source {
         Ok(self.at)
     }
 }
+
+/// The length of a regular, not empty file on the disk.
+pub fn disk_file(path: &Path) -> Result<u64, ReadError> {
+    let metadata = path.metadata()?;
+    if metadata.is_dir() {
+        return Err(ReadError::Directory);
+    }
+    if !metadata.is_file() {
+        return Err(ReadError::NotRegular);
+    }
+    if metadata.len() == 0 {
+        return Err(ReadError::Empty);
+    }
+    Ok(metadata.len())
+}

@@ -4,7 +4,8 @@
 //! and checked against the length of the samples.
 
 use super::decode::{Encoding, SampleType};
-use super::part::{Packing, Part, head_of, in_file, open_file};
+use super::packing::Packing;
+use super::part::{Part, head_of, in_file, open_file};
 use super::{Format, Hints, NO_DIRECTIONS, ReadError, Scan, Storage, archive, bad};
 use crate::{Grid, Progress};
 use glam::{DMat3, DVec3};

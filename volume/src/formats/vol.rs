@@ -3,7 +3,8 @@
 //! (<https://github.com/SlicerMorph/SlicerMorph>).
 
 use super::decode::{Encoding, SampleType};
-use super::part::{Packing, Part, head_of, in_file, open_file};
+use super::packing::Packing;
+use super::part::{Part, head_of, in_file, open_file};
 use super::text::{decimal, decimals, settings, sizes};
 use super::units::unit_mm;
 use super::{Format, Hints, NO_DIRECTIONS, NO_SPACING, ReadError, Scan, Storage, bad};

@@ -3,7 +3,8 @@
 //! The form of the data is that of vtkXMLDataParser; VTK does not say what its axes are in the patient.
 
 use super::decode::{Encoding, SampleType};
-use super::part::{check_expansion, counted, open_file, pass, read_all};
+use super::packing::{check_expansion, counted};
+use super::part::{open_file, pass, read_all};
 use super::{Format, Hints, NO_DIRECTIONS, NO_SPACING, ReadError, Scan, Sink, Storage, bad, text};
 use crate::{Grid, Progress};
 use base64::Engine;

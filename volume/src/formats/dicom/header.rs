@@ -2,10 +2,10 @@
 
 use super::super::ReadError;
 use super::super::decode;
-use super::super::entries::{Entry, skip};
-use super::super::part::MOST_EXPANSION;
+use super::super::entry::Entry;
+use super::super::packing::{MOST_EXPANSION, skip};
 use super::dataset::{self, Visit};
-use super::placeless::Lent;
+use super::lent::Lent;
 use crate::Progress;
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::tags;

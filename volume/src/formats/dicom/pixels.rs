@@ -3,7 +3,8 @@
 use super::super::ReadError;
 use super::super::decode::SampleType;
 use super::super::jpeg_2000;
-use super::super::part::{MOST_BLANK, MOST_EXPANSION, check_expansion_to, read_all};
+use super::super::packing::{MOST_BLANK, MOST_EXPANSION, check_expansion_to};
+use super::super::part::read_all;
 use super::header::{BIG_ENDIAN, Header, Pixels};
 use super::jpeg_lossless;
 use crate::Progress;

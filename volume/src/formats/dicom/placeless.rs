@@ -1,33 +1,8 @@
 //! Files of one slice each that do not state where they lie, as secondary captures and exports do: their places follow from what they do state.
 
 use super::header::Header;
+use super::lent::{By, Lent};
 use dicom_dictionary_std::tags;
-use glam::DVec3;
-
-/// A place that a file does not state.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lent {
-    /// mm from the origin along the normal.
-    pub offset_mm: f64,
-    /// What it follows from.
-    pub by: By,
-}
-
-/// What places follow from.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum By {
-    /// Their positions; it is directions that they do not state.
-    Position,
-    /// SliceLocation, which is in mm.
-    Location,
-    /// InstanceNumber, and how far apart by the attribute of that name.
-    Number {
-        /// From one to the next.
-        mm: f64,
-        /// Of the attribute.
-        name: &'static str,
-    },
-}
 
 /// Lends places to the files of a series if none of them states one.
 pub fn lend(headers: &mut [Header]) {
@@ -59,29 +34,4 @@ pub fn lend(headers: &mut [Header]) {
     let located = || each(tags::SLICE_LOCATION).map(|mm| (mm, By::Location));
     let Some((offsets, by)): Option<(Vec<f64>, By)> = positioned.or_else(located).or_else(numbered) else { return };
     headers.iter_mut().filter(|h| is_slice(h)).zip(offsets).for_each(|(header, offset_mm)| header.lent = Some(Lent { offset_mm, by }));
-}
-
-impl Lent {
-    /// Position and directions of the slice; `along` is what the file says of directions.
-    pub fn place(self, position: Option<[f64; 3]>, along: Option<[f64; 6]>) -> ([f64; 3], [f64; 6]) {
-        let along = along.unwrap_or([1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
-        let [a, b, c, d, e, f] = along;
-        let normal = DVec3::new(a, b, c).cross(DVec3::new(d, e, f)).normalize_or_zero();
-        let place = position.filter(|_| self.by == By::Position).map_or(normal * self.offset_mm, DVec3::from);
-        (place.to_array(), along)
-    }
-
-    /// The sentence about it.
-    pub fn warning(self) -> String {
-        let by = match self.by {
-            By::Position => {
-                return "its images do not state their directions (ImageOrientationPatient); they are taken as left and posterior".into();
-            }
-            By::Location => "their SliceLocation".to_owned(),
-            By::Number { mm, name } => format!("InstanceNumber, {mm} mm apart, which is their {name}"),
-        };
-        format!(
-            "its images do not state where they lie (ImagePositionPatient); they are put in order by {by}: which way is up, and so whether it is a mirror image, is not known"
-        )
-    }
 }

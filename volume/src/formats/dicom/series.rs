@@ -1,6 +1,7 @@
 //! The series of a folder or an archive, and which of them is read.
 
-use super::super::entries::{Entry, in_folder};
+use super::super::entries::{entry_at, in_folder};
+use super::super::entry::Entry;
 use super::super::part::in_file;
 use super::super::{Hints, ReadError, archive};
 use super::apart::{Scan, told_apart};
@@ -87,7 +88,7 @@ fn all(path: &Path, progress: &Progress, warnings: &mut Vec<String>) -> Result<V
 
 /// The series of one file: its own.
 fn of_file(path: &Path, hints: &Hints, progress: &Progress, warnings: &mut Vec<String>) -> Result<Vec<Header>, ReadError> {
-    let entry = Entry::of(path, progress)?;
+    let entry = entry_at(path, progress)?;
     let header = Header::read(&entry, progress)?;
     if header.pixels.is_none() {
         return Err(ReadError::NoImages);
