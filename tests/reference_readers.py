@@ -2,12 +2,15 @@
 """Compares what bregma reads with what SimpleITK, pydicom, nibabel and numpy read from the same files, and the time that it takes.
 
     python3 -m venv env && env/bin/pip install numpy SimpleITK pydicom nibabel
+    env/bin/pip install vtk tifffile imagecodecs pillow itk-ioscanco pylibjpeg pylibjpeg-openjpeg pylibjpeg-libjpeg
     env/bin/python tests/reference_readers.py FOLDER-OF-SCANS [PROGRAM]
 
 FOLDER-OF-SCANS is the one that BREGMA_DATA names (see docs/guide.md); PROGRAM is target/release/bregma unless it is given. Every file is
 converted to NRRD by bregma and compared: dims, type, spacing, origin, directions, and the values of 10,000 random samples. The reference of
-the tilted series is the affine of its slices' positions, as SimpleITK makes it orthonormal. Exits with 1 if anything differs.
+the tilted series is the affine of its slices' positions, as SimpleITK makes it orthonormal. Then the same for forms that the folder does not
+have (reference_forms.py). Exits with 1 if anything differs.
 """
+import itertools
 import json
 import pathlib
 import subprocess
@@ -19,6 +22,8 @@ import nibabel
 import numpy as np
 import pydicom
 import SimpleITK as sitk
+
+from reference_forms import forms
 
 SAMPLES = 10_000
 # SimpleITK takes spacing and direction of NIfTI from float32 by a decomposition of its own: equal to about a float32 rounding.
@@ -138,7 +143,7 @@ def compare(program, path, readers, folder):
         corners = np.array([[a, b, c, 1] for a in (0, ours.shape[2] - 1) for b in (0, ours.shape[1] - 1) for c in (0, ours.shape[0] - 1)])
         off = np.abs(corners @ (np.array(info["to_world"]) - to_world).T).max()
         # SimpleITK rescales DICOM on the way in.
-        same_type = kind == ours.dtype or (info["format"], name) == ("DICOM", "SimpleITK")
+        same_type = kind.newbyteorder("=") == ours.dtype or (info["format"], name) == ("DICOM", "SimpleITK")
         print(f"{path.name}: {info['type']} {info['dims']}; {name}: {wrong} of {SAMPLES} samples differ, corners by {off:.1e} mm")
         if wrong or off > TOLERANCE_MM or not same_type:
             faults.append(f"{name}: {wrong} samples, {off} mm, type {kind} and {ours.dtype}")
@@ -172,10 +177,12 @@ def speed(program, folder):
 def main():
     data = pathlib.Path(sys.argv[1])
     program = sys.argv[2] if len(sys.argv) > 2 else pathlib.Path(__file__).parent.parent / "target/release/bregma"
-    faults = []
+    faults, scans, comparisons = [], 0, 0
     with tempfile.TemporaryDirectory() as folder:
-        for path, readers in references(data):
+        for path, readers in itertools.chain(references(data), forms(data, folder)):
+            scans, comparisons = scans + 1, comparisons + len(readers)
             faults += [f"{path}: {fault}" for fault in compare(program, path, readers, folder)]
+    print(f"{scans} scans, {comparisons} comparisons")
     faults += speed(program, data / "phantom-philips/straight")
     print("\n".join(faults) or "all equal")
     sys.exit(bool(faults))

@@ -169,6 +169,12 @@ impl Volume {
         self.samples.type_name()
     }
 
+    /// The same in another unit.
+    pub(crate) fn with_unit(mut self, unit: Unit) -> Self {
+        self.summary.unit = unit;
+        self
+    }
+
     /// What the person calls it: its file's name.
     pub fn name(&self) -> &str {
         &self.name

@@ -100,7 +100,7 @@ fn cases(folder: &Folder) -> Vec<Case> {
     add("NIfTI with a negative size", put_at("NIfTI-1", 42, &(-8_i16).to_le_bytes()));
     add("NIfTI with time", put_at("NIfTI-1", 40, &[4, 0, 8, 0, 6, 0, 4, 0, 9, 0]));
     add("NIfTI whose samples begin in its header", put_at("NIfTI-1", 108, &100_f32.to_le_bytes()));
-    add("NIfTI with a singular form", put_at("NIfTI-1", 280, &[0; 48]));
+    add("NIfTI with a singular form", put_at("NIfTI-1", 280, &[0; 16]));
     add("NIfTI without its pair", with("NIfTI pair", |f| drop(f.pop())));
     add("NIfTI pair in one file", put_at("NIfTI-1", 344, b"ni1\0"));
 
@@ -150,10 +150,22 @@ fn cases(folder: &Folder) -> Vec<Case> {
     add("one TIFF of a stack", Small { open: "s2.tif", ..folder_of(&[("s1.tif", &page(0)), ("s2.tif", &page(1))]) });
     add("a zip that is none", one("scan.zip", b"PK\x03\x04 and then nothing"));
     add("a zip of notes", one("scan.zip", &zip(&[("notes.txt".into(), b"notes".to_vec())])));
-
-    add("a zip of a volume", one("media.zip", &zip(&[("M1/skull.nrrd".into(), vec![1]), ("manifest.csv".into(), vec![2])])));
-    add("a zip of volumes", one("media.zip", &zip(&[("a.nii.gz".into(), vec![1]), ("b.zip".into(), vec![2])])));
+    add(
+        "a zip of a broken volume",
+        one("media.zip", &zip(&[("M1/skull.nrrd".into(), nrrd("encoding: raw", &[1])), ("manifest.csv".into(), vec![2])])),
+    );
+    add(
+        "a zip of volumes",
+        one("media.zip", &zip(&[("a.nrrd".into(), nrrd("encoding: raw", &[1])), ("b/b.nrrd".into(), nrrd("encoding: raw", &[2]))])),
+    );
+    add("a zip of zips", one("media.zip", &zip(&[("a.zip".into(), vec![1]), ("b.zip".into(), vec![2]), ("notes.txt".into(), vec![3])])));
+    let nested = (0..6).fold(zip(&[("a.txt".into(), vec![1])]), |inner, _| zip(&[("b.zip".into(), inner)]));
+    add("zips in each other", one("media.zip", &nested));
     add("a gzip of another form", one("scan.dcm.gz", &gzip(b"anything")));
+    add("a gzip that breaks off", one("scan.dcm.gz", &gzip(&Dicom::slice(0).bytes())[..200]));
+    let tar = invesalius("", false);
+    add("a tar that breaks off", one("scan.tar", &tar[..700]));
+    add("a tar of another form", one("scan.tar", &tar));
     add("folders of scans in a folder", folder_of(&[("a/s1.png", &s(0)), ("b/s1.png", &s(1))]));
     add("TIFF by a packing that is not read", put_zstd());
     add("VTK of another data set", text("VTK", "STRUCTURED_POINTS", "UNSTRUCTURED_GRID"));
@@ -199,6 +211,15 @@ fn cases(folder: &Folder) -> Vec<Case> {
     add("VGI of another packing", text("VOL by VGI", "FileFormat = raw", "FileFormat = jpeg"));
     add("VGI of an unknown type", text("VOL by VGI", "Datatype = unsigned integer", "Datatype = colour"));
     add("VGI whose samples are cut", with("VOL by VGI", |f| f[1].1.truncate(100)));
+    let slabs =
+        |from: &str, to: &str| with("Drishti", |f| f[0].1 = String::from_utf8(f[0].1.clone()).unwrap().replace(from, to).into_bytes());
+    add("Drishti without a slab", with("Drishti", |f| drop(f.pop())));
+    add("Drishti without a size", slabs("gridsize", "size"));
+    add("Drishti of a bad size", slabs("4 6 8", "4 6"));
+    add("Drishti of an unknown type", slabs("unsigned short", "colour"));
+    add("Drishti of more slabs than numbers", slabs("4 6 8", "4000000 6 8"));
+    add("Drishti whose slab is cut", with("Drishti", |f| f[2].1.truncate(50)));
+    add("Drishti that is no XML", slabs("</gridsize>", "</size>"));
     add("PCR without its samples", with("VOL by PCR", |f| drop(f.pop())));
     add("PCR without a size", text("VOL by PCR", "Volume_SizeX", "Volume_X"));
     add("PCR of a bad size", text("VOL by PCR", "Volume_SizeX=8", "Volume_SizeX=0"));
@@ -227,7 +248,7 @@ fn cases(folder: &Folder) -> Vec<Case> {
     );
     add("DICOM cut in its pixels", dicom_cut());
     add("DICOM without pixels", dicom(|k| Dicom::slice(k).without((0x7fe0, 0x10))));
-    add("DICOM without positions", dicom(|k| Dicom::slice(k).without((0x20, 0x32))));
+    add("DICOM without positions", dicom(|k| Dicom::slice(k).without((0x20, 0x32)).without((0x18, 0x50))));
     add("DICOM without rows", dicom(|k| Dicom::slice(k).without((0x28, 0x10))));
     add("DICOM by HTJ2K", dicom(|k| Dicom::slice(k).packed(HTJ2K, vec![packed("jpeg 2000")])));
     let cut = packed("jpeg-ls")[..100].to_vec();
@@ -244,7 +265,7 @@ fn cases(folder: &Folder) -> Vec<Case> {
     add("DICOM with slanted rows", dicom(|k| Dicom::slice(k).with((0x20, 0x37), "DS", "1\\0\\0\\0.5\\0.9\\0")));
     let beside = |k: usize| format!("{}\\20\\{}", -10 + 50 * (k % 2) as i32, 30 + 2 * (k / 2));
     add("DICOM with slices beside each other", dicom(|k| Dicom::slice(k).with((0x20, 0x32), "DS", &beside(k))));
-    add("DICOM of one place only", dicom(|k| Dicom::slice(k).with((0x20, 0x32), "DS", "nowhere")));
+    add("DICOM of one place only", dicom(|k| Dicom::slice(k).with((0x20, 0x32), "DS", "nowhere").with((0x20, 0x13), "IS", "1")));
     add(
         "DICOM with bits that are not there",
         dicom(|k| {

@@ -358,3 +358,44 @@ fn how_far_slices_are_off_is_kept_with_the_scan() {
     let even = is_the_scan("even", read_all(&folder, "even", files(|k| Dicom::slice(k).bytes())));
     assert_eq!(even.slice_position_mm(), 0.0);
 }
+
+#[test]
+fn slices_without_places_are_put_in_order_by_what_they_state() {
+    // Fails if a stack whose files do not say where they lie is refused, shuffled, or given a distance that nothing states; or if pictures that
+    // are no stack become one.
+    let folder = Folder::new("kinds-placeless");
+    let order = |volume: &Volume| {
+        let [nx, ny, nz] = volume.grid().dims();
+        (0..nz)
+            .map(|k| (0..DIMS[2]).find(|&s| f64::from(sample(1, 0, s)) == volume.samples().get_f64(k * nx * ny + 1)).unwrap())
+            .collect::<Vec<_>>()
+    };
+    let bare = |k: usize| Dicom::slice(k).without((0x20, 0x32)).without((0x20, 0x37));
+    let location = |k: usize, mm: f64| bare(k).with((0x20, 0x1041), "DS", &mm.to_string());
+    let back = |k: usize| (DIMS[2] - k) as f64;
+    for (what, files, want, mm) in [
+        ("by location", dicom_files(|k| location(k, 7.0 + 0.8 * k as f64)), [0, 1, 2, 3], 0.8),
+        // Numbers restart or run the other way: the location knows.
+        ("by location, numbered back", dicom_files(|k| location(k, 0.8 * back(k))), [3, 2, 1, 0], 0.8),
+        ("by number, thick", dicom_files(bare), [0, 1, 2, 3], 1.5),
+        ("by number, apart", dicom_files(|k| bare(k).with((0x18, 0x88), "DS", "0.7")), [0, 1, 2, 3], 0.7),
+        ("by number, location 0", dicom_files(|k| location(k, 0.0)), [0, 1, 2, 3], 1.5),
+        ("by every second number", dicom_files(|k| bare(k).with((0x20, 0x13), "IS", &(2 * k + 1).to_string())), [0, 1, 2, 3], 1.5),
+        ("by number, back", dicom_files(|k| bare(k).with((0x20, 0x13), "IS", &back(k).to_string())), [3, 2, 1, 0], 1.5),
+        ("without directions", dicom_files(|k| Dicom::slice(k).without((0x20, 0x37))), [0, 1, 2, 3], 2.0),
+    ] {
+        let volume = read_all(&folder, "placeless", files).unwrap_or_else(|e| panic!("{what}: {e}"));
+        assert_eq!(order(&volume), want, "{what}");
+        assert!((volume.grid().spacing_mm().z - mm).abs() < 1e-9, "{what}: {:?}", volume.grid().spacing_mm());
+        assert!(volume.warnings().iter().any(|w| w.contains("its images do not state")), "{what}: {:?}", volume.warnings());
+    }
+    // The third of four is missing; two views of a chest; two kernels.
+    let gone = [0, 1, 3].map(|k| (format!("IM{k}"), bare(k).bytes())).to_vec();
+    assert!(read_all(&folder, "placeless", gone).unwrap_err().contains("not even"));
+    let views: Vec<_> = (0..2).map(|k| (format!("IM{k}"), bare(k).without((0x18, 0x50)).bytes())).collect();
+    assert!(read_all(&folder, "placeless", views).unwrap_err().contains("do not state where they lie"));
+    let two = |k: usize, kernel: &str| location(k, k as f64).with((0x18, 0x1210), "SH", kernel);
+    let files = (0..8).map(|n| (format!("IM{n}"), two(n / 2, if n % 2 == 0 { "H30s" } else { "H60s" }).bytes())).collect();
+    let volume = read_all(&folder, "placeless", files).unwrap();
+    assert_eq!((volume.grid().dims()[2], volume.metadata()["ConvolutionKernel"].as_str()), (4, "H30s"));
+}

@@ -42,8 +42,9 @@ fn every_form_gives_the_same_scan() {
         assert_eq!(samples_of(&volume), expected(), "{}", small.name);
         assert!((volume.grid().spacing_mm() - DVec3::from(SPACING_MM)).length() < 1e-9, "{}: {:?}", small.name, volume.grid());
         // These forms, or the way they are written here, hold no place in the patient.
-        let placeless =
-            ["NumPy", "TIFF", "BigTIFF", "InVesalius", "PNG", "raw", "Analyze", "VH", "VOL"].iter().any(|p| small.name.starts_with(p));
+        let placeless = ["NumPy", "TIFF", "BigTIFF", "InVesalius", "PNG", "raw", "Analyze", "VH", "VOL", "Drishti"]
+            .iter()
+            .any(|p| small.name.starts_with(p));
         let origin = if placeless { DVec3::ZERO } else { DVec3::new(-10.0, 20.0, 30.0) };
         assert!((volume.grid().origin_mm() - origin).length() < 1e-9, "{}: {:?}", small.name, volume.grid());
         let to_the_front = ["InVesalius", "Analyze"].iter().any(|p| small.name.starts_with(p));
@@ -468,6 +469,19 @@ fn forms_of_scanners_keep_their_own_samples() {
     assert_eq!((isq.samples().type_name(), samples_of(&isq)), ("i16", expected()));
     assert!((isq.grid().spacing_mm() - DVec3::new(0.5, 0.75, 2.0)).length() < 1e-12 && isq.spacing_is_stated(), "{:?}", isq.grid());
     assert!(isq.metadata().is_empty(), "the person's name stays in the file: {:?}", isq.metadata());
+    let mut scaled = small::isq();
+    scaled[88..92].copy_from_slice(&4096_i32.to_le_bytes());
+    let scaled = read(&folder.put("mu.isq", &scaled), &Hints::default());
+    assert!(scaled.metadata()["MuScaling"].starts_with("4096 (sample / 4096 is"), "{:?}", scaled.metadata());
+    // Drishti without the headers of slabs, with names of its own, and mapped.
+    let bare = |k: usize| slab(k, k + 1)[13..].to_vec();
+    let pvl = PVL
+        .replace("<slabsize>3", "<pvlnames>x.raw y.raw z.raw w.raw</pvlnames><slabsize>1")
+        .replace("<voxeltype>unsigned short", "<voxeltype>float");
+    ["x.raw", "y.raw", "z.raw", "w.raw"].iter().enumerate().for_each(|(k, name)| drop(folder.put(name, &bare(k))));
+    let drishti = read(&folder.put("m.pvl.nc", pvl.as_bytes()), &Hints::default());
+    assert_eq!((samples_of(&drishti), drishti.metadata()["rawmap"].as_str()), (expected(), "0 65535"));
+    assert!(drishti.warnings().iter().any(|w| w.contains("those that Drishti draws")), "{:?}", drishti.warnings());
     let pcr = other("VOL by PCR");
     assert_eq!((pcr.samples().type_name(), samples_of(&pcr), pcr.grid().spacing_mm()), ("u16", expected(), DVec3::splat(0.045)));
     let runs: Vec<f64> = [vec![3.0; 127], vec![9.0; 5], (0..60).map(f64::from).collect()].concat();
@@ -525,6 +539,13 @@ fn files_come_in_folders_lists_and_with_more_behind() {
         let volume = read(&folder.put("s.nii", &signs), &Hints::default());
         assert_eq!((volume.grid().spacing_mm(), samples_of(&volume), volume.warnings().len()), (SPACING_MM.into(), expected(), warnings));
     }
+    // Neither form is stated, or only one of zeros: the spacings are left, aloud.
+    signs[252..254].fill(0);
+    for (sform, warnings) in [(1_i16, 2), (0, 1)] {
+        signs[254..256].copy_from_slice(&sform.to_le_bytes());
+        let volume = read(&folder.put("n.nii", &signs), &Hints::default());
+        assert_eq!((volume.grid().spacing_mm(), samples_of(&volume), volume.warnings().len()), (SPACING_MM.into(), expected(), warnings));
+    }
     let analyze = all().iter().find(|s| s.name == "Analyze").unwrap().clone();
     let mut files = analyze.files.clone();
     files[0].1[84..88].copy_from_slice(&(-0.75_f32).to_le_bytes());
@@ -533,6 +554,25 @@ fn files_come_in_folders_lists_and_with_more_behind() {
     let microns = nrrd("encoding: raw\nspace units: \"microns\" \"microns\" \"microns\"", &samples(false));
     let volume = read(&folder.put("m.nrrd", &microns), &Hints::default());
     assert!((volume.grid().spacing_mm() - DVec3::from(SPACING_MM) * 1e-3).length() < 1e-12 && volume.warnings().is_empty());
+}
+
+#[test]
+fn what_is_read_side_by_side_is_where_it_belongs() {
+    // Fails if a piece of a file, or a file of several, is read to another's place, or in another byte order. Each sample is its own number, and
+    // the pieces that are read at a time have 4 MiB.
+    let folder = Folder::new("side-by-side");
+    let dims = [256, 256, 96];
+    let count: usize = dims.iter().product();
+    let value = |n: usize| (n % 65521) as u16;
+    let bytes: Vec<u8> = (0..count).flat_map(|n| value(n).to_be_bytes()).collect();
+    folder.put("a.raw", &[vec![7; 11], bytes[..bytes.len() / 2].to_vec()].concat());
+    folder.put("b.raw", &[vec![7; 11], bytes[bytes.len() / 2..].to_vec(), vec![9]].concat());
+    let header = "NRRD0004\ntype: ushort\ndimension: 3\nsizes: 256 256 96\nspacings: 1 1 1\nendian: big\nencoding: raw\nbyte skip: 11\ndata file: LIST 3\na.raw\nb.raw";
+    let volume = read(&folder.put("l.nhdr", header.as_bytes()), &Hints::default());
+    assert!((0..count).all(|n| volume.samples().get_f64(n) == f64::from(value(n))));
+    assert!(volume.warnings().iter().any(|w| w.contains("goes on after the samples")), "{:?}", volume.warnings());
+    folder.put("b.raw", &bytes[bytes.len() / 2..]);
+    assert!(error(&folder.0.join("l.nhdr"), &Hints::default()).contains("b.raw: it ends too early"));
 }
 
 #[cfg(unix)]

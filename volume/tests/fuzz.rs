@@ -1,8 +1,8 @@
 //! Every reader on damaged files: no panic, nothing that takes 5 seconds, no memory beyond what a file of its length can hold.
 //!
 //! The damage is deterministic. A short run is part of the tests; `BREGMA_FUZZ_SECONDS=3600 cargo test --release -p bregma-volume --test fuzz
-//! -- --nocapture` runs as long for each reader. `BREGMA_FUZZ_SEED` begins elsewhere. A failure prints the case's number and leaves its
-//! files in the temporary folder.
+//! -- --nocapture` runs as long for each reader. `BREGMA_FUZZ_STATE=FOLDER` keeps there how far each form came, and a further run goes on from
+//! it; without it, `BREGMA_FUZZ_SEED` begins elsewhere. A failure prints the case's number and leaves its files in the temporary folder.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
@@ -13,6 +13,7 @@ use bregma_volume::formats::{Hints, Uneven, scan};
 use peak_alloc::PeakAlloc;
 use small::{Folder, Small};
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -101,6 +102,29 @@ struct Fault {
     case: u64,
 }
 
+/// How far the damage of one form came in earlier runs: cases and seconds.
+struct Kept {
+    file: Option<PathBuf>,
+    cases: u64,
+    seconds: f64,
+}
+
+impl Kept {
+    fn of(name: &str) -> Self {
+        let file = std::env::var_os("BREGMA_FUZZ_STATE").map(|folder| Path::new(&folder).join(format!("{name}.txt")));
+        let text = file.as_ref().and_then(|file| std::fs::read_to_string(file).ok()).unwrap_or_default();
+        let mut words = text.split_whitespace();
+        let cases = words.next().and_then(|n| n.parse().ok()).unwrap_or(0);
+        Self { file, cases, seconds: words.next().and_then(|n| n.parse().ok()).unwrap_or(0.0) }
+    }
+
+    fn keep(&self) {
+        let Some(file) = &self.file else { return };
+        std::fs::create_dir_all(file.parent().unwrap()).unwrap();
+        std::fs::write(file, format!("{} {:.1}\n", self.cases, self.seconds)).unwrap();
+    }
+}
+
 fn run(small: &Small, seconds: f64, seed: u64, slowest: &Mutex<(Duration, String)>) -> (u64, u64, usize, Vec<Fault>) {
     let folder = Folder::new(&format!("fuzz-{}", small.name.replace(' ', "-")));
     let begin = Instant::now();
@@ -175,7 +199,7 @@ fn run(small: &Small, seconds: f64, seed: u64, slowest: &Mutex<(Duration, String
 
 /// The smallest of the real scans.
 fn real() -> Vec<Small> {
-    let Some(data) = std::env::var_os("BREGMA_DATA").map(std::path::PathBuf::from) else {
+    let Some(data) = std::env::var_os("BREGMA_DATA").map(PathBuf::from) else {
         println!("skipped: the real scans, as BREGMA_DATA is not set");
         return vec![];
     };
@@ -203,12 +227,18 @@ fn no_damage_is_too_much_for_a_reader() {
     std::panic::set_hook(Box::new(|_| {}));
     let (mut all_cases, mut all_faults) = (0, vec![]);
     for small in scans {
-        let (cases, read, most, faults) = run(small, seconds.unwrap_or(0.5), seed, &slowest);
+        let seconds = seconds.unwrap_or(0.5);
+        let before = Kept::of(small.name);
+        let (cases, read, most, faults) = run(small, seconds, seed + before.cases, &slowest);
+        let after = Kept { cases: before.cases + cases, seconds: before.seconds + seconds, ..before };
+        after.keep();
         println!(
-            "{}: {cases} cases, {read} of them still read, at most {:.1} MiB, {} faults",
+            "{}: {cases} cases, {read} of them still read, at most {:.1} MiB, {} faults; in all {} in {:.1} minutes",
             small.name,
             most as f64 / f64::from(1 << 20),
-            faults.len()
+            faults.len(),
+            after.cases,
+            after.seconds / 60.0
         );
         all_cases += cases;
         for fault in faults.into_iter().take(20) {

@@ -2,7 +2,8 @@
 //! AmiraMesh chapter of Amira's user guide has it.
 
 use super::decode::{Encoding, SampleType};
-use super::part::{MOST_EXPANSION, Packing, Part, check_expansion_to, counted, head_of, open_file, read_all};
+use super::packing::{MOST_EXPANSION, Packing, check_expansion_to, counted};
+use super::part::{Part, head_of, open_file, read_all};
 use super::text::{decimals, numbers, sizes};
 use super::units::unit_mm;
 use super::{Format, Hints, NO_DIRECTIONS, NO_SPACING, ReadError, Scan, Sink, Storage, bad};

@@ -1,4 +1,4 @@
-//! DICOM: a series of files in a folder or a zip, named by the folder, the zip or any one of its files; single- or multi-frame.
+//! DICOM: a series of files in a folder or an archive, named by the folder, the archive or any one of its files; single- or multi-frame.
 //!
 //! Attributes and their meaning are those of DICOM part 3; the geometry is that of the slices' own positions (see `stack`).
 
@@ -6,12 +6,15 @@ mod apart;
 mod dataset;
 mod header;
 mod jpeg_lossless;
+mod lent;
 mod padding;
 mod pixels;
+mod placeless;
 pub mod series;
 
 use super::decode::{Encoding, SampleType};
-use super::entries::{Entry, in_folder, in_zip};
+use super::entries::{entry_at, in_folder};
+use super::entry::Entry;
 use super::stack::{self, Mix, Slice};
 use super::{Format, Hints, NO_SPACING, ReadError, Scan, Storage};
 use crate::volume::{Metadata, slices_off};
@@ -30,25 +33,18 @@ pub const FORMAT: Format = Format { name: "DICOM", sniff, scan, write: None };
 const HEAD: u64 = 132;
 
 fn sniff(path: &Path, head: &[u8], progress: &Progress) -> bool {
-    let entries = || match path.is_dir() {
-        true => in_folder(path, true, progress, &mut vec![]),
-        false => in_zip(path, progress, &mut vec![]),
-    };
-    if path.is_dir() || super::is_zip(head) {
-        return entries().is_ok_and(|entries| entries.iter().any(|entry| is_dicom(entry, progress)));
+    if path.is_dir() {
+        return in_folder(path, true, progress, &mut vec![]).is_ok_and(|entries| entries.iter().any(|entry| is_dicom(entry, progress)));
     }
     // The name covers files that are damaged too, so that what is wrong with them can be said.
     let named = path.extension().is_some_and(|e| ["dcm", "dicom", "ima"].iter().any(|n| e.eq_ignore_ascii_case(n)));
-    named || header::is_dicom(head)
+    let is_gzip = || head.starts_with(&[0x1f, 0x8b]) && entry_at(path, progress).is_ok_and(|entry| is_dicom(&entry, progress));
+    !head.is_empty() && (named || header::is_dicom(head) || is_gzip())
 }
 
-fn is_dicom(entry: &Entry, progress: &Progress) -> bool {
-    let mut head = vec![];
-    let read = entry.open(0, progress).and_then(|source| {
-        use std::io::Read;
-        Ok(source.take(HEAD).read_to_end(&mut head)?)
-    });
-    read.is_ok() && header::is_dicom(&head)
+/// Whether a file begins as DICOM does.
+pub fn is_dicom(entry: &Entry, progress: &Progress) -> bool {
+    entry.head(HEAD, progress).is_ok_and(|head| header::is_dicom(&head))
 }
 
 /// One image: a frame of a file.
@@ -64,7 +60,7 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
     let mut warnings = vec![];
     let headers = series::read(path, hints, progress, &mut warnings)?;
     let images = images(&headers, &mut warnings)?;
-    let images = readable(&headers, images, &mut warnings)?;
+    let images = readable(&headers, images, &mut warnings, progress)?;
 
     let mut spacing_is_stated = true;
     let slices: Vec<Slice> =
@@ -186,6 +182,7 @@ fn images(headers: &[Header], warnings: &mut Vec<String>) -> Result<Vec<Image>, 
     }
     left_out(placeless, "of its images do not state where they lie and are");
     warnings.extend(headers.iter().find_map(assumed));
+    warnings.extend(headers.iter().find_map(|header| header.lent).map(lent::Lent::warning));
     let key = |i: &Image| {
         let header = &headers[i.file];
         let number = |tag| header.number(tag, i.frame).unwrap_or(0.0);
@@ -206,18 +203,26 @@ fn assumed(header: &Header) -> Option<String> {
 }
 
 /// The images whose samples can be read, and how they are stored, which may differ from slice to slice.
-fn readable(headers: &[Header], images: Vec<Image>, warnings: &mut Vec<String>) -> Result<Vec<(Image, Storing)>, ReadError> {
+fn readable(
+    headers: &[Header],
+    images: Vec<Image>,
+    warnings: &mut Vec<String>,
+    progress: &Progress,
+) -> Result<Vec<(Image, Storing)>, ReadError> {
     let mut why = None;
     let storings: Vec<Option<Storing>> = headers
         .iter()
         .map(|header| {
             let checked = Storing::of(header).and_then(|storing| {
                 storing.check(header)?;
-                // Frames of a packed file can only be read in turn, and are asked for in any order.
-                match header.frames() > 1 && (header.is_deflated() || !header.entry.can_seek()) {
-                    true => Err(ReadError::Unsupported("its many frames are packed into one file; unpack it first".into())),
-                    false => Ok(storing),
+                if header.frames() > 1 && header.is_deflated() {
+                    return Err(ReadError::Unsupported("its many frames are packed into one file; unpack it first".into()));
                 }
+                // Frames of a packed file are asked for in any order.
+                if header.frames() > 1 {
+                    header.entry.unpacked(progress)?;
+                }
+                Ok(storing)
             });
             checked.map_err(|e| why = why.take().or(Some((header.entry.name.clone(), e)))).ok()
         })

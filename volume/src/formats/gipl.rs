@@ -1,7 +1,8 @@
 //! GIPL, the Guy's Image Processing Lab format: 256 bytes of header, big-endian. Places of fields as in ITK's itkGiplImageIO.
 
 use super::decode::{Encoding, SampleType};
-use super::part::{Packing, Part, head_of};
+use super::packing::Packing;
+use super::part::{Part, head_of};
 use super::{Format, Hints, NO_DIRECTIONS, NO_SPACING, ReadError, Scan, Storage, bad};
 use crate::{Grid, Progress};
 use glam::{DMat3, DVec3};
@@ -51,7 +52,7 @@ fn scan(path: &Path, hints: &Hints, _progress: &Progress) -> Result<Scan, ReadEr
     let grid = Grid::new(dims, spacing_mm.unwrap_or(DVec3::ONE), origin_mm, DMat3::IDENTITY)?;
     let wanted = grid.len() as u128 * sample.bytes() as u128;
     let part = Part::checked(path, Packing::Plain, SIZE as u64, 0, wanted, there)?;
-    let scan = Scan::new(grid, Encoding { sample, big_endian: true }, there, Storage::parts(vec![part]));
+    let scan = Scan::new(grid, Encoding { sample, big_endian: true }, there, Storage::Parts(vec![part]));
     let warnings = spacing_mm.is_none().then_some(NO_SPACING).into_iter().chain([NO_DIRECTIONS]).map(str::to_owned).collect();
     Ok(Scan { spacing_is_stated: spacing_mm.is_some(), warnings, ..scan })
 }

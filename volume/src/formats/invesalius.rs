@@ -3,7 +3,8 @@
 //! InVesalius turns the rows of a picture upside down on import (`[::-1]` in its dcm2memmap) and keeps no position: j grows to the front.
 
 use super::decode::{Encoding, SampleType};
-use super::part::{Counted, Packing, check_expansion, counted, open_file, pass};
+use super::packing::{Counted, Packing, check_expansion, counted};
+use super::part::{open_file, pass};
 use super::{Format, Hints, ReadError, Scan, Storage, bad};
 use crate::{Grid, Progress};
 use flate2::bufread::MultiGzDecoder;
@@ -26,9 +27,9 @@ fn sniff(path: &Path, head: &[u8], _progress: &Progress) -> bool {
 const MOST_PLIST: u64 = 4 << 20;
 
 fn scan(path: &Path, _hints: &Hints, progress: &Progress) -> Result<Scan, ReadError> {
-    let (file, there) = open_file(path)?;
+    let (mut file, there) = open_file(path)?;
     let mut magic = [0; 2];
-    (&file).read_exact(&mut magic)?;
+    file.read_exact(&mut magic)?;
     let packing = if magic == [0x1f, 0x8b] { Packing::Gzip } else { Packing::Plain };
     let mut text = String::new();
     in_tar(path, packing, progress, "main.plist", &mut |_, entry| Ok(entry.take(MOST_PLIST).read_to_string(&mut text).map(drop)?))?;

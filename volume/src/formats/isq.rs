@@ -2,7 +2,8 @@
 //! (<https://github.com/KitwareMedical/ITKIOScanco>) and Scanco's own notes to users.
 
 use super::decode::{Encoding, SampleType};
-use super::part::{Packing, Part, head_of};
+use super::packing::Packing;
+use super::part::{Part, head_of};
 use super::{Format, Hints, NO_DIRECTIONS, NO_SPACING, ReadError, Scan, Storage};
 use crate::{Grid, Progress};
 use glam::{DMat3, DVec3};
@@ -37,6 +38,9 @@ fn scan(path: &Path, hints: &Hints, _progress: &Progress) -> Result<Scan, ReadEr
     if spacing_mm.is_none() {
         warnings.push(NO_SPACING.into());
     }
-    let scan = Scan::new(grid, Encoding { sample: SampleType::I16, big_endian: false }, there, Storage::parts(vec![part]));
-    Ok(Scan { spacing_is_stated: spacing_mm.is_some(), warnings, ..scan })
+    let scan = Scan::new(grid, Encoding { sample: SampleType::I16, big_endian: false }, there, Storage::Parts(vec![part]));
+    // A sample by this number is the linear attenuation in 1/cm. Density needs the phantom's line, which the first block does not hold.
+    let mu = number(88);
+    let metadata = (mu > 0).then(|| ("MuScaling".to_owned(), format!("{mu} (sample / {mu} is the linear attenuation, 1/cm)")));
+    Ok(Scan { spacing_is_stated: spacing_mm.is_some(), warnings, metadata: metadata.into_iter().collect(), ..scan })
 }

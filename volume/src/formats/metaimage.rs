@@ -5,7 +5,8 @@
 pub mod write;
 
 use super::decode::{Encoding, SampleType};
-use super::part::{Packing, Part, in_file, open_file};
+use super::packing::Packing;
+use super::part::{Part, in_file, open_file};
 use super::{Format, Hints, NO_SPACING, ReadError, Scan, Storage, Writer, bad};
 use crate::{Grid, GridError, Progress, Unit};
 use glam::{DMat3, DVec3};
@@ -175,7 +176,7 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
         _ => None,
     };
     let metadata = header.fields.into_iter().filter(|(key, _)| !KNOWN.contains(&key.as_str()) && key != UNIT).collect();
-    let scan = Scan::new(grid, encoding, file_bytes, Storage::parts(parts));
+    let scan = Scan::new(grid, encoding, file_bytes, Storage::Parts(parts));
     Ok(Scan { slope, intercept, unit, spacing_is_stated, warnings, metadata, ..scan })
 }
 

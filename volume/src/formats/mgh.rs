@@ -2,7 +2,8 @@
 //! <https://surfer.nmr.mgh.harvard.edu/fswiki/FsTutorial/MghFormat> has it; its world is RAS, ours LPS.
 
 use super::decode::{Encoding, SampleType};
-use super::part::{Packing, Part, head_of};
+use super::packing::Packing;
+use super::part::{Part, head_of};
 use super::{Format, Hints, NO_DIRECTIONS, NO_SPACING, ReadError, Scan, Storage, bad};
 use crate::{Grid, Progress};
 use flate2::bufread::GzDecoder;

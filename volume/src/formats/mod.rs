@@ -4,12 +4,18 @@
 //! or into every n-th of them. What a reader is given was made by a stranger: sizes are checked against the file's own length
 //! before anything is reserved, and whatever is wrong becomes a sentence, never a panic.
 
+mod ahead;
 mod amira;
+mod archive;
 mod decode;
 mod dicom;
+mod drishti;
 mod entries;
+mod entry;
 mod error;
+mod fill;
 mod gipl;
+mod inside;
 mod invesalius;
 mod isq;
 mod jpeg_2000;
@@ -19,11 +25,13 @@ mod mgh;
 mod nifti;
 mod npy;
 pub mod nrrd;
+mod packing;
 mod part;
 mod pictures;
 mod raw;
 mod scan;
 mod stack;
+mod stretch;
 mod text;
 mod tiff;
 mod units;
@@ -44,7 +52,6 @@ use crate::{Correction, Progress, Turn, Volume};
 use glam::DVec3;
 use scan::{Sink, Storage};
 use serde::{Deserialize, Serialize};
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// A file format.
@@ -83,6 +90,7 @@ pub static FORMATS: &[Format] = &[
     mgh::FORMAT,
     vtk::FORMAT,
     vol::FORMAT,
+    drishti::FORMAT,
     pictures::FORMAT,
     vh::FORMAT,
     raw::FORMAT,
@@ -164,25 +172,41 @@ pub fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, Ope
     let (path, hints) = chosen(path, hints);
     let (path, hints) = (path.as_path(), &hints);
     let scan = || -> Result<Scan, ReadError> {
-        let found = if hints.raw.is_some() { Ok(&raw::FORMAT) } else { find(path, progress) };
+        let found = if hints.raw.is_some() { Ok((&raw::FORMAT, path.to_owned())) } else { find(path, progress) };
         let (format, path) = match found {
             Err(ReadError::Directory) => folder_within(path, progress)?,
-            found => (found?, path.to_owned()),
+            found => found?,
         };
         let path = path.as_path();
+        // What is unpacked in memory stays there until the scan is read.
+        let archive = match archive::within(path, progress)? {
+            Some((archive, _)) => Some(archive),
+            None if format.name == dicom::FORMAT.name || format.name == pictures::FORMAT.name => archive::open(path, progress)?,
+            None => None,
+        };
         if let Some(series) = hints.series.as_ref().filter(|_| format.name != dicom::FORMAT.name) {
             return Err(ReadError::Unsupported(format!(
                 "it has no series {series}: only DICOM has series; leave the # and what follows away"
             )));
         }
+        // The path within what was named, if an archive was.
+        let inside = path.strip_prefix(named).ok().filter(|inside| !inside.as_os_str().is_empty() && !named.is_dir());
         // What the file says by itself is to be known. Some say too little to be read without help.
-        let mut scan = match (format.scan)(path, &Hints { spacing_mm: None, ..hints.clone() }, progress) {
-            Err(_) if hints.spacing_mm.is_some() => Scan { spacing_is_stated: false, ..(format.scan)(path, hints, progress)? },
-            read => read?,
+        let read = match (format.scan)(path, &Hints { spacing_mm: None, ..hints.clone() }, progress) {
+            Err(_) if hints.spacing_mm.is_some() => {
+                (format.scan)(path, hints, progress).map(|scan| Scan { spacing_is_stated: false, ..scan })
+            }
+            read => read,
         };
+        let mut scan = read.map_err(|e| match inside {
+            Some(inside) => part::in_file(inside, e),
+            None => e,
+        })?;
         scan.name = named.file_name().unwrap_or(named.as_os_str()).to_string_lossy().into_owned();
         scan.format = format.name;
         scan.file = named.to_owned();
+        scan.archive = archive;
+        scan.warnings.splice(0..0, inside.map(|inside| format!("{} in it is read", inside.display())));
         scan.place(Correction { spacing_mm: hints.spacing_mm, turn: hints.turn }, hints.reduce.map_or(1, Reduce::step))?;
         Ok(scan)
     };
@@ -191,19 +215,22 @@ pub fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, Ope
 
 /// `FOLDER#SERIES` is the folder and the series, unless something has that very name.
 fn chosen(path: &Path, hints: &Hints) -> (PathBuf, Hints) {
-    let split = path.to_str().filter(|_| !path.exists()).and_then(|text| text.rsplit_once('#'));
+    let is_there = path.exists() || archive::is_folder(path, &Progress::default()).is_ok_and(|is| is) || archive::is_file(path);
+    let split = path.to_str().filter(|_| !is_there).and_then(|text| text.rsplit_once('#'));
     match split {
         Some((folder, series)) => (folder.into(), Hints { series: Some(series.to_owned()), ..hints.clone() }),
         None => (path.to_owned(), hints.clone()),
     }
 }
 
-/// The DICOM series that the folder or zip at `path` holds, the largest first; none where there is nothing to choose.
+/// The DICOM series that the folder or archive at `path` holds, the largest first; none where there is nothing to choose.
 pub fn series(path: &Path, progress: &Progress) -> Result<Vec<Series>, OpenError> {
-    let many = path.is_dir() || path.is_file() && part::head_of(path, 4).is_ok_and(|(head, _)| is_zip(&head));
-    let list = || match many && find(path, progress)?.name == dicom::FORMAT.name {
-        true => dicom::series::list(path, progress),
-        false => Ok(vec![]),
+    let list = || -> Result<Vec<Series>, ReadError> {
+        if !archive::is_folder(path, progress)? {
+            return Ok(vec![]);
+        }
+        let (format, path) = find(path, progress)?;
+        if format.name == dicom::FORMAT.name { dicom::series::list(&path, progress) } else { Ok(vec![]) }
     };
     list().map_err(|reason| OpenError { file: path.to_owned(), reason })
 }
@@ -244,7 +271,7 @@ fn folder_within(path: &Path, progress: &Progress) -> Result<(&'static Format, P
     for entry in std::fs::read_dir(path)? {
         let folder = entry?.path();
         if folder.is_dir() && !folder.is_symlink() {
-            found.extend(find(&folder, progress).ok().map(|format| (format, folder)));
+            found.extend(find(&folder, progress).ok());
         }
     }
     progress.advance(0)?;
@@ -257,26 +284,30 @@ fn folder_within(path: &Path, progress: &Progress) -> Result<(&'static Format, P
     }
 }
 
-fn find(path: &Path, progress: &Progress) -> Result<&'static Format, ReadError> {
+/// The format that the scan at `path` is in, and the path to read: its own, or that of a file inside of an archive.
+fn find(path: &Path, progress: &Progress) -> Result<(&'static Format, PathBuf), ReadError> {
     let mut head = vec![];
-    let folder = path.metadata()?.is_dir();
-    if !folder {
-        part::open_file(path)?.0.take(HEAD_BYTES).read_to_end(&mut head)?;
+    let is_folder = path.is_dir();
+    if !is_folder {
+        if !path.exists() && archive::is_folder_inside(path, progress)? {
+            return inside::find(path, progress);
+        }
+        head = part::head_of(path, HEAD_BYTES)?.0;
     }
     let found = FORMATS.iter().find(|f| (f.sniff)(path, &head, progress));
     // What was looked at while the person cancelled was not recognized for that reason.
     progress.advance(0)?;
-    found.ok_or_else(|| match folder {
-        true => ReadError::Directory,
-        false if head.starts_with(&[0x1f, 0x8b]) => {
-            ReadError::Unsupported("it is packed by gzip, and no form that is read so; unpack it and name what comes out".into())
-        }
-        false => ReadError::UnknownFormat(FORMATS.iter().map(|f| f.name).collect::<Vec<_>>().join(", ")),
-    })
+    match found {
+        Some(format) => Ok((format, path.to_owned())),
+        None if is_folder => Err(ReadError::Directory),
+        None if archive::is_archive(&head) => inside::find(path, progress),
+        None => Err(unknown()),
+    }
 }
 
-fn is_zip(head: &[u8]) -> bool {
-    head.starts_with(b"PK\x03\x04")
+/// The error that no format claims a file.
+fn unknown() -> ReadError {
+    ReadError::UnknownFormat(FORMATS.iter().map(|f| f.name).collect::<Vec<_>>().join(", "))
 }
 
 /// The sentence about a spacing that nobody states.

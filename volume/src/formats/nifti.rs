@@ -5,8 +5,9 @@
 pub mod write;
 
 use super::decode::{Encoding, SampleType};
-use super::part::{Packing, Part, head_of, in_file};
-use super::{Format, Hints, NO_DIRECTIONS, ReadError, Scan, Storage, Writer, bad};
+use super::packing::Packing;
+use super::part::{Part, head_of, in_file};
+use super::{Format, Hints, NO_DIRECTIONS, ReadError, Scan, Storage, Writer, archive, bad};
 use crate::{Grid, GridError, Metadata, Progress, Unit};
 use flate2::bufread::GzDecoder;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
@@ -213,9 +214,10 @@ impl<'a> Header<'a> {
             let [x, y, z]: [[f64; 4]; 3] = std::array::from_fn(|n| self.floats(280 + 16 * n, 400 + 32 * n));
             let column = |n: usize| lps * DVec3::new(x[n], y[n], z[n]) * unit_mm;
             let matrix = DMat3::from_cols(column(0), column(1), column(2));
-            // A form of zeros beside a good one is what some programs leave when they drop it.
-            if matrix == DMat3::ZERO && self.int(252, 344, 4) > 0 {
-                warnings.push("its sform is all zeros; where it lies is taken from its qform".into());
+            // A form of zeros is what some programs leave when they drop it.
+            if matrix == DMat3::ZERO {
+                let instead = if self.int(252, 344, 4) > 0 { "qform" } else { "spacings alone, as it has no qform" };
+                warnings.push(format!("its sform is all zeros; where it lies is taken from its {instead}"));
             } else {
                 return Ok(Grid::from_affine(dims, DAffine3::from_mat3_translation(matrix, column(3)))?);
             }
@@ -273,7 +275,7 @@ fn files(path: &Path) -> (PathBuf, PathBuf) {
         let capitals = bare.extension().is_some_and(|e| e.to_string_lossy().chars().all(char::is_uppercase));
         let plain = bare.with_extension(if capitals { ext.to_uppercase() } else { ext.to_owned() });
         let packed = PathBuf::from(format!("{}.gz", plain.display()));
-        if !plain.exists() && packed.exists() { packed } else { plain }
+        if !archive::is_file(&plain) && archive::is_file(&packed) { packed } else { plain }
     };
     if is("img") {
         (beside("hdr"), path.to_owned())
@@ -322,7 +324,7 @@ fn scan(path: &Path, hints: &Hints, _progress: &Progress) -> Result<Scan, ReadEr
     if !description.is_empty() {
         metadata.insert("description".to_owned(), description);
     }
-    let scan = Scan::new(grid, encoding, there, Storage::parts(vec![Part { beside, ..part }]));
+    let scan = Scan::new(grid, encoding, there, Storage::Parts(vec![Part { beside, ..part }]));
     // Where this program writes the unit of values.
     let unit = match header.bytes[if header.wide { 508..524 } else { 328..344 }].split(|b| *b == 0).next() {
         Some(b"HU") if is_single => Some(Unit::Hounsfield),

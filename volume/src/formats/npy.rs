@@ -2,7 +2,8 @@
 //! <https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>
 
 use super::decode::{Encoding, SampleType};
-use super::part::{Packing, Part, head_of};
+use super::packing::Packing;
+use super::part::{Part, head_of};
 use super::{Format, Hints, NO_DIRECTIONS, NO_SPACING, ReadError, Scan, Storage, bad};
 use crate::{Grid, Progress};
 use glam::{DMat3, DVec3};
@@ -63,6 +64,6 @@ fn scan(path: &Path, hints: &Hints, _progress: &Progress) -> Result<Scan, ReadEr
     if hints.spacing_mm.is_none() {
         warnings.push(NO_SPACING.into());
     }
-    let scan = Scan::new(grid, Encoding { sample, big_endian: order == ">" }, there, Storage::parts(vec![part]));
+    let scan = Scan::new(grid, Encoding { sample, big_endian: order == ">" }, there, Storage::Parts(vec![part]));
     Ok(Scan { spacing_is_stated: hints.spacing_mm.is_some(), warnings, ..scan })
 }

@@ -9,7 +9,8 @@ use write::write_plain;
 pub use write::{Compression, write};
 
 use super::decode::{Encoding, SampleType};
-use super::part::{Packing, Part, counted, in_file, open_file};
+use super::packing::{Packing, counted};
+use super::part::{Part, in_file, open_file};
 use super::{Format, Hints, ReadError, Scan, Storage, Writer, bad};
 use crate::{Progress, Unit};
 use header::Header;
@@ -69,7 +70,7 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
         _ => None,
     };
     let metadata = header.keys.into_iter().filter(|(key, _)| !["slope", "intercept", "unit"].contains(&key.as_str())).collect();
-    let scan = Scan::new(grid, encoding, file_bytes, Storage::parts(parts));
+    let scan = Scan::new(grid, encoding, file_bytes, Storage::Parts(parts));
     Ok(Scan { slope, intercept, unit, spacing_is_stated, warnings, metadata, ..scan })
 }
 

@@ -1,22 +1,11 @@
 //! Samples that lie in one stream of bytes: a stretch of a file, or stretches of several files in turn, packed or not.
 
-use super::{ReadError, Sink};
+use super::packing::{Packing, check_expansion, counted, unpacking};
+use super::stretch::{Source, Stretch, disk_file};
+use super::{ReadError, Sink, archive};
 use crate::Progress;
-use flate2::bufread::{GzDecoder, ZlibDecoder};
-use std::fs::File;
-use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
+use std::io::{self, BufRead, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
-
-/// How the bytes of samples are packed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Packing {
-    /// As they are.
-    Plain,
-    /// By gzip.
-    Gzip,
-    /// By zlib.
-    Zlib,
-}
 
 /// A stretch of samples in a file.
 #[derive(Clone, Debug)]
@@ -39,25 +28,6 @@ pub struct Part {
 
 /// The sentence about bytes that follow the samples.
 pub const MORE_BYTES: &str = "the file goes on after the samples that its header asks for; the rest is ignored";
-
-/// Deflate's longest match spends 2 bits on 258 bytes, a ratio of 1032; the rest is for headers. What claims more is no such data.
-pub const MOST_EXPANSION: u64 = 1100;
-
-/// What a byte of JPEG 2000 or JPEG-LS unpacks to, at most: OpenJPEG packs 4096² blank samples of 16 bits into 280 bytes, CharLS into 636.
-pub const MOST_BLANK: u64 = 1 << 17;
-
-/// Refuses `wanted` bytes that `packed` deflated bytes cannot unpack to.
-pub fn check_expansion(wanted: u128, packed: u64) -> Result<(), ReadError> {
-    check_expansion_to(wanted, packed, MOST_EXPANSION)
-}
-
-/// Refuses `wanted` bytes that `packed` bytes, each unpacked to `most` at most, cannot hold.
-pub fn check_expansion_to(wanted: u128, packed: u64, most: u64) -> Result<(), ReadError> {
-    if wanted > u128::from(packed) * u128::from(most) {
-        return Err(ReadError::CannotHold { wanted, compressed: packed });
-    }
-    Ok(())
-}
 
 /// Refuses at once what `there` bytes cannot hold: `skip` bytes, then `wanted`.
 pub fn check_length(packing: Packing, wanted: u128, skip: u64, there: u64) -> Result<(), ReadError> {
@@ -93,8 +63,7 @@ impl Part {
         check_length(self.packing, self.bytes.into(), self.skip, there.saturating_sub(before))?;
         match self.packing {
             Packing::Plain => self.pass(source, progress, take),
-            Packing::Gzip => self.pass(Gzip::new(source), progress, take),
-            Packing::Zlib => self.pass(ZlibDecoder::new(source), progress, take),
+            packing => self.pass(unpacking(packing, source), progress, take),
         }
     }
 
@@ -106,31 +75,6 @@ impl Part {
         pass(&mut source, self.bytes, progress, take)?;
         // At the end of packed data this also compares its checksum.
         Ok(source.read(&mut [0])? > 0)
-    }
-}
-
-/// The members of a gzip, one after the other. What follows them and is none, such as zeros up to the end of a tape's block, is no part of it.
-struct Gzip<R>(Option<GzDecoder<R>>);
-
-impl<R: BufRead> Gzip<R> {
-    fn new(source: R) -> Self {
-        Self(Some(GzDecoder::new(source)))
-    }
-}
-
-impl<R: BufRead> Read for Gzip<R> {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        while let Some(member) = &mut self.0 {
-            let n = member.read(buffer)?;
-            if n > 0 || buffer.is_empty() {
-                return Ok(n);
-            }
-            let mut rest = self.0.take().map(GzDecoder::into_inner);
-            // The first byte of gzip's magic.
-            let is_more = rest.as_mut().map_or(Ok(false), |rest| Ok::<_, io::Error>(rest.fill_buf()?.first() == Some(&0x1f)))?;
-            self.0 = rest.filter(|_| is_more).map(GzDecoder::new);
-        }
-        Ok(0)
     }
 }
 
@@ -170,46 +114,28 @@ pub fn in_file(file: &Path, reason: ReadError) -> ReadError {
     }
 }
 
-/// A regular, not empty file and its length in bytes. Folders, pipes and devices are refused without opening them.
-pub fn open_file(path: &Path) -> Result<(File, u64), ReadError> {
-    let metadata = path.metadata()?;
-    if metadata.is_dir() {
-        return Err(ReadError::Directory);
-    }
-    if !metadata.is_file() {
-        return Err(ReadError::NotRegular);
-    }
-    if metadata.len() == 0 {
-        return Err(ReadError::Empty);
-    }
-    Ok((File::open(path)?, metadata.len()))
+/// A regular, not empty file, on the disk or inside of an archive, and its length in bytes. Folders, pipes and devices are refused without
+/// opening them.
+pub fn open_file(path: &Path) -> Result<(Source, u64), ReadError> {
+    let progress = Progress::default();
+    let stretch = match if path.exists() { None } else { archive::member(path, &progress)? } {
+        Some(entry) => entry.unpacked(&progress)?,
+        None => Stretch::file(path, disk_file(path)?),
+    };
+    Ok((stretch.open()?, stretch.bytes))
 }
 
-/// The first bytes of a file, at most `most` of them, and its length.
+/// The first bytes of a file, on the disk or inside of an archive, at most `most` of them, and its length.
 pub fn head_of(path: &Path, most: u64) -> Result<(Vec<u8>, u64), ReadError> {
+    let progress = Progress::default();
+    // What is packed need not be unpacked as a whole for that.
+    if let Some(entry) = if path.exists() { None } else { archive::member(path, &progress)? } {
+        return Ok((entry.head(most, &progress)?, entry.bytes));
+    }
     let (file, there) = open_file(path)?;
     let mut head = vec![];
     file.take(most).read_to_end(&mut head)?;
     Ok((head, there))
-}
-
-/// A file whose bytes count as progress; reading fails when the work should stop.
-pub struct Counted<'a> {
-    file: File,
-    progress: &'a Progress,
-}
-
-/// A buffered reader that counts the bytes of `file`.
-pub fn counted(file: File, progress: &Progress) -> BufReader<Counted<'_>> {
-    BufReader::with_capacity(1 << 16, Counted { file, progress })
-}
-
-impl Read for Counted<'_> {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let n = self.file.read(buffer)?;
-        self.progress.advance(n as u64).map_err(io::Error::other)?;
-        Ok(n)
-    }
 }
 
 /// Reads until `buffer` is full or the source ends; how many bytes there were.

@@ -1,4 +1,4 @@
-//! A folder or a zip of pictures, one for each slice, in the order of the numbers in their names: TIFF, PNG, BMP, JPEG or
+//! A folder or an archive of pictures, one for each slice, in the order of the numbers in their names: TIFF, PNG, BMP, JPEG or
 //! JPEG 2000.
 
 mod beside;
@@ -6,10 +6,12 @@ pub mod names;
 
 use super::decode::{Encoding, SampleType};
 use super::dicom::blend;
-use super::entries::{Entry, in_folder, in_zip};
-use super::part::{MOST_BLANK, MOST_EXPANSION, check_expansion_to, in_file};
+use super::entries::in_folder;
+use super::entry::Entry;
+use super::packing::{MOST_BLANK, MOST_EXPANSION, check_expansion_to};
+use super::part::in_file;
 use super::stack::Mix;
-use super::{Format, Hints, NO_DIRECTIONS, NO_SPACING, ReadError, Scan, Storage, Uneven, jpeg_2000, tiff};
+use super::{Format, Hints, NO_DIRECTIONS, NO_SPACING, ReadError, Scan, Storage, Uneven, archive, jpeg_2000, tiff};
 use crate::{Grid, Progress};
 use glam::{DMat3, DVec3};
 use image::{ColorType, DynamicImage, ImageDecoder, ImageFormat, ImageReader};
@@ -47,41 +49,39 @@ fn kind(name: &str) -> Option<Kind> {
     KINDS.iter().find(|(e, _)| ext.eq_ignore_ascii_case(e)).map(|(_, kind)| *kind)
 }
 
-fn entries(path: &Path, progress: &Progress, warnings: &mut Vec<String>) -> Result<Vec<Entry>, ReadError> {
-    if path.is_dir() { in_folder(path, false, progress, warnings) } else { in_zip(path, progress, warnings) }
+/// Whether a file is a picture, by its name.
+pub fn is_picture(entry: &Entry) -> bool {
+    kind(&entry.name).is_some()
 }
 
-fn sniff(path: &Path, head: &[u8], progress: &Progress) -> bool {
+fn sniff(path: &Path, _head: &[u8], progress: &Progress) -> bool {
     if path.is_dir() {
-        return entries(path, progress, &mut vec![]).is_ok_and(|entries| entries.iter().any(|e| kind(&e.name).is_some()));
-    }
-    // A zip that is no DICOM is claimed, too.
-    if super::is_zip(head) {
-        return true;
+        return in_folder(path, false, progress, &mut vec![]).is_ok_and(|entries| entries.iter().any(is_picture));
     }
     // One picture by itself is claimed, so that it can be said what to do with it.
     kind(&path.to_string_lossy()).is_some_and(|k| k != Kind::Tiff)
 }
 
 fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadError> {
-    if !path.is_dir() && kind(&path.to_string_lossy()).is_some() {
+    let is_folder = archive::is_folder(path, progress)?;
+    if !is_folder && kind(&path.to_string_lossy()).is_some() {
         return Err(ReadError::Unsupported("it is one picture; name its folder to read the pictures there as slices".into()));
     }
     let mut warnings = vec![];
-    let all = entries(path, progress, &mut warnings)?;
+    // The folders of an archive are part of what was sent.
+    let all = in_folder(path, !path.is_dir(), progress, &mut warnings)?;
     let mut slices: Vec<(Entry, Kind)> = all.iter().filter_map(|e| kind(&e.name).map(|k| (e.clone(), k))).collect();
     // Of several kinds the most common is meant; a logo or a preview is no slice.
-    let usual = most_common(slices.iter().map(|(_, kind)| *kind)).ok_or_else(|| no_pictures(&all))?;
+    let usual = most_common(slices.iter().map(|(_, kind)| *kind)).ok_or(ReadError::NoImages)?;
     keep(&mut slices, &mut warnings, "of another kind than the others", |(_, kind)| *kind == usual);
     let mut numbers = one_stack(&mut slices, &mut warnings)?;
     let looked = look_at_all(&slices, progress)?;
     if let Some((n, many)) = looked.iter().enumerate().find(|(_, look)| look.pages > 1) {
         let (file, pages) = (&slices[n].0, many.pages);
-        if slices.len() == 1 && path.is_dir() {
+        if slices.len() == 1 {
             return (tiff::FORMAT.scan)(&file.file, hints, progress);
         }
-        let how = if path.is_dir() { "name that file" } else { "unpack the zip and name that file" };
-        return Err(ReadError::Unsupported(format!("its file {} has {pages} pages, which is a scan by itself; {how}", file.name)));
+        return Err(ReadError::Unsupported(format!("its file {} has {pages} pages, which is a scan by itself; name that file", file.name)));
     }
     let kinds = || looked.iter().map(|l| (l.dims, l.sample));
     let most = most_common(kinds()).ok_or(ReadError::NoImages)?;
@@ -141,22 +141,6 @@ fn look_at_all(slices: &[(Entry, Kind)], progress: &Progress) -> Result<Vec<Look
         })
         .collect();
     looked.into_iter().collect()
-}
-
-/// What is said of a zip without pictures: a scan of another form may be in it.
-fn no_pictures(entries: &[Entry]) -> ReadError {
-    /// Ends of the names of scans that are one file, or of what scans are packed in.
-    const SCANS: [&str; 23] = [
-        ".nrrd", ".nhdr", ".nii", ".nii.gz", ".img", ".mha", ".mhd", ".mgz", ".mgh", ".vti", ".vtk", ".gipl", ".npy", ".inv3", ".vgi",
-        ".pcr", ".am", ".isq", ".vh", ".raw", ".zip", ".gz", ".tar",
-    ];
-    let scans: Vec<&str> =
-        entries.iter().map(|e| e.name.as_str()).filter(|name| SCANS.iter().any(|end| name.to_lowercase().ends_with(end))).collect();
-    match scans[..] {
-        [] => ReadError::NoImages,
-        [one] => ReadError::Unsupported(format!("it holds {one}; unpack the zip and name that file")),
-        [first, ..] => ReadError::Unsupported(format!("it holds {} scans, {first} and others; unpack the zip and name one", scans.len())),
-    }
 }
 
 /// Keeps the pictures of one stack; the number of each. What is by itself, or few beside many, is no stack: an overview, a logo.

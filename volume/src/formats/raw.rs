@@ -3,7 +3,8 @@
 pub mod guess;
 
 use super::decode::{Encoding, SampleType};
-use super::part::{Packing, Part, open_file};
+use super::packing::Packing;
+use super::part::{Part, open_file};
 use super::{Format, Hints, NO_SPACING, ReadError, Scan, Storage};
 use crate::{Grid, Progress, Unit};
 use glam::{DMat3, DVec3};
@@ -187,6 +188,6 @@ fn scan(path: &Path, hints: &Hints, _progress: &Progress) -> Result<Scan, ReadEr
     if extra > 0 {
         return Err(ReadError::TooLong(extra));
     }
-    let scan = Scan::new(grid, encoding, there, Storage::parts(vec![part]));
+    let scan = Scan::new(grid, encoding, there, Storage::Parts(vec![part]));
     Ok(Scan { unit: Some(Unit::Value), spacing_is_stated: hints.spacing_mm.is_some(), warnings, ..scan })
 }

@@ -1,13 +1,16 @@
 //! A scan on disk: what its headers say, and how its samples stream when they are asked for.
 
+use super::ahead::ahead;
+use super::archive::Archive;
 use super::decode::{Collector, Encoding, Kept, SampleType, widen};
 use super::part::{self, Part};
-use super::{OpenError, ReadError, memory};
+use super::{OpenError, ReadError, fill, memory};
 use crate::placing::{labelled, nth_sample};
 use crate::volume::{self, BINS, Metadata};
-use crate::{Correction, Grid, GridError, Histogram, Placing, Progress, Raster, Sample, Samples, Summary, Unit, Volume, VolumeError};
+use crate::{Correction, Grid, GridError, Histogram, Placing, Progress, Raster, Samples, Summary, Unit, Volume, VolumeError};
 use rayon::prelude::*;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// Takes the next bytes of samples: whole ones, in the file's type and byte order, i fastest.
 pub type Sink<'a> = dyn FnMut(&[u8]) -> Result<(), ReadError> + 'a;
@@ -23,17 +26,12 @@ type Unpacked = (usize, Result<Vec<u8>, ReadError>);
 
 /// Where the samples are.
 pub enum Storage {
+    /// In stretches of files.
+    Parts(Vec<Part>),
     /// In one stream.
     Stream(Box<Stream>),
     /// In slices that are unpacked side by side.
     Slices(Box<Slice>),
-}
-
-impl Storage {
-    /// Samples that lie in stretches of files.
-    pub fn parts(parts: Vec<Part>) -> Self {
-        Self::Stream(Box::new(move |progress, take| part::stream_all(&parts, progress, take)))
-    }
 }
 
 /// A scan on disk. Its headers are read, its samples are not.
@@ -58,6 +56,8 @@ pub struct Scan {
     /// Bytes that reading it passes.
     pub(super) file_bytes: u64,
     pub(super) storage: Storage,
+    /// The archive that it is in.
+    pub(super) archive: Option<Arc<Archive>>,
 }
 
 /// What is known of a scan once its samples have streamed by, none of them kept.
@@ -94,6 +94,7 @@ impl Scan {
             series: vec![],
             file_bytes,
             storage,
+            archive: None,
         }
     }
 
@@ -162,18 +163,26 @@ impl Scan {
         let kept = self.kept(progress, 1)?;
         memory::check(self.placing.step(), |step| self.memory(kept, step))?;
         let grid = self.grid.every(self.placing.step());
-        let mut collector = Collector::new(self.encoding, kept, grid.len())?;
-        let late = self.stream(progress, &mut |bytes| {
-            collector.push(bytes);
-            Ok(())
-        })?;
-        let warnings = self.warnings(late, &collector);
-        let samples = collector.samples;
-        let (slope, intercept) = (self.slope, self.intercept);
-        let unit = self.unit.unwrap_or_else(|| guess_unit(&samples, slope, intercept));
+        let (samples, warnings) = match &self.storage {
+            Storage::Parts(parts) if self.placing.step() == 1 && fill::can_fill(parts, self.encoding, kept) => {
+                let (samples, late) = fill::fill(parts, self.encoding, kept, grid.len(), progress)?;
+                (samples, self.warnings(late, None))
+            }
+            _ => {
+                let mut collector = Collector::new(self.encoding, kept, grid.len())?;
+                let late = self.stream(progress, &mut |bytes| {
+                    collector.push(bytes);
+                    Ok(())
+                })?;
+                let warnings = self.warnings(late, collector.warning());
+                (collector.samples, warnings)
+            }
+        };
+        let (slope, intercept, unit) = (self.slope, self.intercept, self.unit.unwrap_or(Unit::Value));
         let raster = Raster { grid, samples, slope, intercept, unit, warnings };
-        let volume = Volume::new(self.name(), self.format, raster)?.with_metadata(self.metadata.clone());
-        Ok(volume.placed(self.placing.clone()))
+        let volume = Volume::new(self.name(), self.format, raster)?;
+        let unit = self.unit.unwrap_or_else(|| unit_of_range(volume.range()));
+        Ok(volume.with_unit(unit).with_metadata(self.metadata.clone()).placed(self.placing.clone()))
     }
 
     /// Streams the samples for their range and histogram. `progress` counts bytes of files, and slices.
@@ -194,7 +203,7 @@ impl Scan {
             crate::with_samples!(&mut collector.samples, s => s.clear());
             Ok(())
         })?;
-        let mut warnings = self.warnings(late, &collector);
+        let mut warnings = self.warnings(late, collector.warning());
         let histogram = match tally {
             Tally::Whole { counts, lowest } => whole_histogram(&counts, lowest),
             Tally::Float { ends, odd } => {
@@ -241,8 +250,8 @@ impl Scan {
         Ok(Kept::of(self.encoding.sample, ends))
     }
 
-    fn warnings(&self, late: Vec<String>, collector: &Collector) -> Vec<String> {
-        self.warnings.iter().cloned().chain(late).chain(collector.warning()).chain(self.label()).collect()
+    fn warnings(&self, late: Vec<String>, rounded: Option<String>) -> Vec<String> {
+        self.warnings.iter().cloned().chain(late).chain(rounded).chain(self.label()).collect()
     }
 
     /// The sentence about a preview.
@@ -264,12 +273,14 @@ impl Scan {
             self.thin(bytes, at, &mut thinned);
             take(&thinned)
         };
+        let mut in_turn = |bytes: &[u8]| {
+            let at = passed;
+            passed += bytes.len() as u64;
+            pass(bytes, at)
+        };
         match &self.storage {
-            Storage::Stream(stream) => stream(progress, &mut |bytes| {
-                let at = passed;
-                passed += bytes.len() as u64;
-                pass(bytes, at)
-            }),
+            Storage::Parts(parts) => ahead(|take| part::stream_all(parts, progress, take), &mut in_turn),
+            Storage::Stream(stream) => ahead(|take| stream(progress, take), &mut in_turn),
             Storage::Slices(slice) => {
                 let wanted: Vec<usize> = (0..nz).step_by(self.placing.step()).collect();
                 // Two batches are under way, one unpacked while the one before is passed on: a sixteenth of the samples at most, so that
@@ -365,18 +376,6 @@ fn whole_histogram(counts: &[u64], lowest: i32) -> Histogram {
     let mut histogram = Histogram { range: [low, high], counts: vec![0; BINS] };
     there().for_each(|(value, count)| histogram.add(value, count));
     histogram
-}
-
-/// What values mean in a format that does not say.
-fn guess_unit(samples: &Samples, slope: f64, intercept: f64) -> Unit {
-    fn ends<T: Sample>(samples: &[T]) -> Option<[f64; 2]> {
-        let first = *samples.first()?;
-        let widen = |[low, high]: [T; 2], &s: &T| [if s < low { s } else { low }, if s > high { s } else { high }];
-        Some(samples.iter().fold([first; 2], widen).map(T::to_f64))
-    }
-    let Some(ends) = crate::with_samples!(samples, s => ends(s)) else { return Unit::Value };
-    let [a, b] = ends.map(|s| slope * s + intercept);
-    unit_of_range([a.min(b), a.max(b)])
 }
 
 /// Values from between −1100 and −900, or exactly −2000, −2048 or −3024 (what scanners write outside their field of view), up

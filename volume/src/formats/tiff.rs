@@ -7,8 +7,9 @@ mod directory;
 pub mod write;
 
 use super::decode::{Encoding, SampleType};
-use super::entries::Entry;
-use super::part::{MOST_EXPANSION, Packing, Part, open_file};
+use super::entry::Entry;
+use super::packing::{MOST_EXPANSION, Packing};
+use super::part::{Part, open_file};
 use super::{Format, Hints, ReadError, Scan, Storage, Writer};
 use crate::Progress;
 use about::About;
@@ -278,7 +279,7 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
         return Err(ReadError::Unsupported(text.into()));
     }
     let slices = contiguous.map_or(found, |(_, slices)| slices);
-    super::part::check_expansion_to(u128::from(first.packed_bytes()) * slices as u128, there, most_expansion(&mut decoder)?)?;
+    super::packing::check_expansion_to(u128::from(first.packed_bytes()) * slices as u128, there, most_expansion(&mut decoder)?)?;
     let (mut slope, mut intercept) = about.scale;
     if first.white_is_zero {
         warnings.push(WHITE_IS_ZERO.into());
@@ -297,7 +298,7 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
     let storage = match contiguous {
         Some((start, slices)) => {
             let wanted = u128::from(page_bytes) * slices as u128;
-            Storage::parts(vec![Part::checked(path, Packing::Plain, start, 0, wanted, there)?])
+            Storage::Parts(vec![Part::checked(path, Packing::Plain, start, 0, wanted, there)?])
         }
         None => {
             let path = path.to_owned();

@@ -4,8 +4,9 @@
 //! and checked against the length of the samples.
 
 use super::decode::{Encoding, SampleType};
-use super::part::{Packing, Part, head_of, in_file, open_file};
-use super::{Format, Hints, NO_DIRECTIONS, ReadError, Scan, Storage, bad};
+use super::packing::Packing;
+use super::part::{Part, head_of, in_file, open_file};
+use super::{Format, Hints, NO_DIRECTIONS, ReadError, Scan, Storage, archive, bad};
 use crate::{Grid, Progress};
 use glam::{DMat3, DVec3};
 use std::path::Path;
@@ -50,8 +51,8 @@ fn scan(path: &Path, _hints: &Hints, _progress: &Progress) -> Result<Scan, ReadE
     // The file that the header names, or one of the same name.
     let folder = path.parent().unwrap_or(Path::new(""));
     let same = ["raw", "vol", "dat", "bin", "RAW"].map(|ext| path.with_extension(ext));
-    let named = words().map(|w| folder.join(w)).find(|p| p.is_file() && p != path);
-    let file = named.or_else(|| same.into_iter().find(|p| p.is_file())).unwrap_or(path.with_extension("raw"));
+    let named = words().map(|w| folder.join(w)).find(|p| archive::is_file(p) && p != path);
+    let file = named.or_else(|| same.into_iter().find(|p| archive::is_file(p))).unwrap_or(path.with_extension("raw"));
     let there = open_file(&file).map_err(|e| in_file(&file, e))?.1;
     let count = grid.len() as u64;
     let sample = match rest.first().map(|bits| *bits as i64) {
@@ -66,7 +67,7 @@ fn scan(path: &Path, _hints: &Hints, _progress: &Progress) -> Result<Scan, ReadE
     let [i, j, k] = grid.dims();
     let kind = format!("{sample:?}").to_lowercase();
     let warnings = vec![format!("its header is taken to say {i}×{j}×{k} {kind}, {dx} × {dy} × {dz} mm a voxel"), NO_DIRECTIONS.into()];
-    let scan = Scan::new(grid, Encoding { sample, big_endian: false }, there, Storage::parts(vec![Part { beside: true, ..part }]));
+    let scan = Scan::new(grid, Encoding { sample, big_endian: false }, there, Storage::Parts(vec![Part { beside: true, ..part }]));
     Ok(Scan { warnings, ..scan })
 }
 

@@ -3,7 +3,8 @@
 //! (<https://github.com/SlicerMorph/SlicerMorph>).
 
 use super::decode::{Encoding, SampleType};
-use super::part::{Packing, Part, head_of, in_file, open_file};
+use super::packing::Packing;
+use super::part::{Part, head_of, in_file, open_file};
 use super::text::{decimal, decimals, settings, sizes};
 use super::units::unit_mm;
 use super::{Format, Hints, NO_DIRECTIONS, NO_SPACING, ReadError, Scan, Storage, bad};
@@ -56,7 +57,7 @@ fn scan(path: &Path, hints: &Hints, _progress: &Progress) -> Result<Scan, ReadEr
         });
         parts.push(Part { beside: true, ..part.map_err(|e| in_file(&file, e))? });
     }
-    let scan = Scan::new(grid, Encoding { sample: header.sample, big_endian: false }, total, Storage::parts(parts));
+    let scan = Scan::new(grid, Encoding { sample: header.sample, big_endian: false }, total, Storage::Parts(parts));
     let warnings = spacing_mm.is_none().then_some(NO_SPACING).into_iter().chain([NO_DIRECTIONS]).map(str::to_owned).collect();
     Ok(Scan { spacing_is_stated: spacing_mm.is_some(), warnings, ..scan })
 }

@@ -3,7 +3,8 @@
 //! The form of the data is that of vtkXMLDataParser; VTK does not say what its axes are in the patient.
 
 use super::decode::{Encoding, SampleType};
-use super::part::{check_expansion, counted, open_file, pass, read_all};
+use super::packing::{check_expansion, counted};
+use super::part::{open_file, pass, read_all};
 use super::{Format, Hints, NO_DIRECTIONS, NO_SPACING, ReadError, Scan, Sink, Storage, bad, text};
 use crate::{Grid, Progress};
 use base64::Engine;
@@ -14,7 +15,6 @@ use glam::{DMat3, DVec3};
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 use rayon::prelude::*;
-use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -239,7 +239,7 @@ impl<R: BufRead> Read for Letters<R> {
 
 impl Data {
     fn open<'a>(&self, progress: &'a Progress) -> Result<impl BufRead + 'a, ReadError> {
-        let mut file: File = open_file(&self.file)?.0;
+        let mut file = open_file(&self.file)?.0;
         file.seek(SeekFrom::Start(self.start))?;
         Ok(counted(file, progress))
     }

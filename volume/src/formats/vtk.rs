@@ -2,7 +2,8 @@
 //! <https://docs.vtk.org/en/latest/vtk_file_formats/vtk_legacy_file_format.html> has it.
 
 use super::decode::{Encoding, SampleType};
-use super::part::{Packing, Part, counted, head_of, open_file};
+use super::packing::{Packing, counted};
+use super::part::{Part, head_of, open_file};
 use super::text::{decimals, numbers, sizes};
 use super::{Format, Hints, NO_DIRECTIONS, NO_SPACING, ReadError, Scan, Storage, bad};
 use crate::{Grid, Progress};
@@ -60,7 +61,7 @@ fn scan(path: &Path, hints: &Hints, _progress: &Progress) -> Result<Scan, ReadEr
             Ok(vec![])
         }))
     } else {
-        Storage::parts(vec![Part::checked(path, Packing::Plain, header.start, 0, wanted, there)?])
+        Storage::Parts(vec![Part::checked(path, Packing::Plain, header.start, 0, wanted, there)?])
     };
     let mut warnings = vec![NO_DIRECTIONS.to_owned()];
     if spacing_mm.is_none() {

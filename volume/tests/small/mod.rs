@@ -113,6 +113,18 @@ pub fn zip(files: &[(String, Vec<u8>)]) -> Vec<u8> {
     out.finish().unwrap().into_inner()
 }
 
+pub fn tar(files: &[(String, Vec<u8>)]) -> Vec<u8> {
+    let mut tar = tar::Builder::new(vec![]);
+    for (name, bytes) in files {
+        let mut header = tar::Header::new_gnu();
+        header.set_size(bytes.len() as u64);
+        header.set_mode(0o644);
+        header.set_cksum();
+        tar.append_data(&mut header, name, bytes.as_slice()).unwrap();
+    }
+    tar.into_inner().unwrap()
+}
+
 pub const EXPLICIT: &str = "1.2.840.10008.1.2.1";
 pub const IMPLICIT: &str = "1.2.840.10008.1.2";
 pub const BIG: &str = "1.2.840.10008.1.2.2";
@@ -391,16 +403,7 @@ fn vti_blocks(word: usize) -> (Vec<u8>, Vec<u8>) {
 
 /// A project; `matrix` and its list under other names are other programs' business.
 pub fn invesalius(plist: &str, packed: bool) -> Vec<u8> {
-    let mut tar = tar::Builder::new(vec![]);
-    let data = samples(false);
-    for (name, bytes) in [("tmp/matrix.dat", data.as_slice()), ("tmp/main.plist", plist.as_bytes())] {
-        let mut header = tar::Header::new_gnu();
-        header.set_size(bytes.len() as u64);
-        header.set_mode(0o644);
-        header.set_cksum();
-        tar.append_data(&mut header, name, bytes).unwrap();
-    }
-    let tar = tar.into_inner().unwrap();
+    let tar = tar(&[("tmp/matrix.dat".into(), samples(false)), ("tmp/main.plist".into(), plist.as_bytes().to_vec())]);
     if packed { gzip(&tar) } else { tar }
 }
 
@@ -478,6 +481,14 @@ pub fn amira(form: &str, array: &str, data: &[u8]) -> Vec<u8> {
 pub const VGI: &str = "{volume1}\n[representation]\nsize = 8 6 4\ndatatype = unsigned integer\nbitsperelement = 16\n[file1]\nFileFormat = raw\nSize = 8 6 4\nName = C:\\scans\\s.vol\nDatatype = unsigned integer\nBitsPerElement = 16\n{volumeprimitive12}\n[geometry]\nresolution = 0,5 0.75 2\nunit = mm\n";
 pub const PCR: &str =
     "[General]\nVersion=2.2\n[VolumeData]\nVolume_SizeX=8\nVolume_SizeY=6\nVolume_SizeZ=4\nFormat=5\nVoxelSizeRec=0.045\n";
+
+pub const PVL: &str = "<!DOCTYPE Drishti_Header>\n<PvlDotNcFileHeader>\n  <rawfile></rawfile>\n  <voxeltype>unsigned short</voxeltype>\n  <pvlvoxeltype>unsigned short</pvlvoxeltype>\n  <gridsize>4 6 8</gridsize>\n  <voxelunit>micron</voxelunit>\n  <voxelsize>500 750 2000</voxelsize>\n  <slabsize>3</slabsize>\n  <rawmap>0 65535 </rawmap>\n</PvlDotNcFileHeader>\n";
+
+/// A slab of Drishti's: slices `from` to `to`.
+pub fn slab(from: usize, to: usize) -> Vec<u8> {
+    let sizes = [to - from, DIMS[1], DIMS[0]].map(|n| (n as u32).to_le_bytes()).concat();
+    [vec![2], sizes, (from..to).flat_map(|k| slice(k, false)).collect()].concat()
+}
 
 /// An ISQ of the samples; one block more than it needs lies before them.
 pub fn isq() -> Vec<u8> {
@@ -595,6 +606,8 @@ pub fn all() -> Vec<Small> {
     all.push(beside("MetaImage list", "l.mhd", metaimage("", "LIST", b"a.raw\nb.raw\n"), &halves));
     all.push(beside("NRRD list", "l.nhdr", nrrd("encoding: raw\ndata file: LIST 3\na.raw\nb.raw", &[]), &halves));
     all.push(beside("VOL by VGI", "s.vgi", VGI.into(), &[("s.vol".to_owned(), data.clone())]));
+    let slabs = [("d.pvl.nc.001".to_owned(), slab(0, 3)), ("d.pvl.nc.002".to_owned(), slab(3, 4))];
+    all.push(beside("Drishti", "d.pvl.nc", PVL.into(), &slabs));
     all.push(beside("VH", "v.vh", b"size 8 6 4\nextent 0.5 0.75 2\nbits 16\n".to_vec(), &[("v.raw".to_owned(), data.clone())]));
     all
 }
@@ -603,6 +616,7 @@ pub fn all() -> Vec<Small> {
 pub fn others() -> Vec<Small> {
     let folder = |name, files| Small { name, files, open: "" };
     let one_slice = |codec: &str, syntax| vec![("IM1".to_owned(), Dicom::slice(0).packed(syntax, vec![packed(codec)]).bytes())];
+    let pages = tiff(0..4, IMAGEJ, tiff::encoder::Compression::Lzw, false);
     let runs: Vec<u8> = [127, 3, 5, 9, 128 + 60].into_iter().chain(0..60).collect();
     vec![
         Small::one("Amira by runs", "e.am", amira("BINARY-LITTLE-ENDIAN", &format!("byte Labels }} @1(HxByteRLE,{})", runs.len()), &runs)),
@@ -611,6 +625,12 @@ pub fn others() -> Vec<Small> {
         folder("BMP", pictures("bmp", image::ImageFormat::Bmp)),
         folder("JPEG", pictures("jpg", image::ImageFormat::Jpeg)),
         folder("JPEG 2000 pictures", (0..2).map(|k| (format!("s{k}.j2k"), packed("jpeg 2000"))).collect()),
+        Small::one("NRRD in a zip", "n.zip", zip(&[("a/b.nrrd".into(), nrrd("encoding: raw", &samples(false))), ("c".into(), vec![1; 9])])),
+        Small::one("DICOM in a packed tar", "t.tgz", gzip(&tar(&dicom_files(Dicom::slice)))),
+        Small::one("MetaImage in a tar", "t.tar", tar(&[("l.mhd".into(), metaimage("", "a.raw", b"")), ("a.raw".into(), samples(false))])),
+        Small::one("TIFF in a zip in a zip", "z.zip", zip(&[("b.zip".into(), zip(&[("c.tif".into(), pages)]))])),
+        Small::one("DICOM multi-frame by gzip", "m.dcm.gz", gzip(&enhanced().bytes())),
+        folder("DICOM files by gzip", dicom_files(Dicom::slice).into_iter().map(|(n, b)| (format!("{n}.dcm.gz"), gzip(&b))).collect()),
         folder("DICOM by lossless JPEG", one_slice("jpeg", JPEG_LOSSLESS)),
         folder("DICOM by JPEG 2000", one_slice("jpeg 2000", JPEG_2000)),
         folder("DICOM by JPEG-LS", one_slice("jpeg-ls", JPEG_LS)),

@@ -4,7 +4,7 @@
 //! holds a sequence without types (6.2.2).
 
 use super::super::ReadError;
-use super::super::entries::skip;
+use super::super::packing::skip;
 use dicom_core::{Tag, VR};
 use std::io::{ErrorKind, Read};
 

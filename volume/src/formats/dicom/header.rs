@@ -2,9 +2,10 @@
 
 use super::super::ReadError;
 use super::super::decode;
-use super::super::entries::{Entry, skip};
-use super::super::part::MOST_EXPANSION;
+use super::super::entry::Entry;
+use super::super::packing::{MOST_EXPANSION, skip};
 use super::dataset::{self, Visit};
+use super::lent::Lent;
 use crate::Progress;
 use dicom_core::{Tag, VR};
 use dicom_dictionary_std::tags;
@@ -18,7 +19,7 @@ use std::collections::HashMap;
 use std::io::{BufReader, Read};
 
 /// The attributes that are read. All others, the person's name among them, are skipped unread.
-const WANTED: [Tag; 44] = [
+const WANTED: [Tag; 45] = [
     tags::SOP_CLASS_UID,
     tags::IMAGE_TYPE,
     tags::MODALITY,
@@ -35,6 +36,7 @@ const WANTED: [Tag; 44] = [
     tags::INSTANCE_NUMBER,
     tags::TEMPORAL_POSITION_INDEX,
     tags::SLICE_THICKNESS,
+    tags::SLICE_LOCATION,
     tags::SPACING_BETWEEN_SLICES,
     tags::IMAGE_POSITION_PATIENT,
     tags::IMAGE_ORIENTATION_PATIENT,
@@ -104,6 +106,8 @@ pub struct Header {
     charset: Option<SpecificCharacterSet>,
     /// Where the frames of a file that describes none lie.
     offsets: Option<Offsets>,
+    /// The place of a file that states none.
+    pub lent: Option<Lent>,
 }
 
 /// Where the frames of a file of the old multi-frame classes lie, which state one position for all: mm along their normal.
@@ -118,13 +122,13 @@ enum Offsets {
 impl Header {
     /// Reads up to the pixels, if the file begins as DICOM does.
     pub fn read_if_dicom(entry: &Entry, progress: &Progress) -> Result<Option<Self>, ReadError> {
-        let head = head(entry, progress)?;
+        let head = entry.head(MOST_META, progress)?;
         if is_dicom(&head) { Self::after(&head, entry, progress).map(Some) } else { Ok(None) }
     }
 
     /// Reads up to the pixels.
     pub fn read(entry: &Entry, progress: &Progress) -> Result<Self, ReadError> {
-        Self::after(&head(entry, progress)?, entry, progress)
+        Self::after(&entry.head(MOST_META, progress)?, entry, progress)
     }
 
     fn after(head: &[u8], entry: &Entry, progress: &Progress) -> Result<Self, ReadError> {
@@ -132,8 +136,18 @@ impl Header {
         let syntax = TransferSyntaxRegistry.get(&uid);
         let syntax = syntax.ok_or_else(|| ReadError::Unsupported(format!("its transfer syntax {uid:?} is not known")))?;
         let (values, shared) = (Values::new(), Values::new());
-        let mut header =
-            Self { entry: entry.clone(), syntax, start, pixels: None, values, shared, frames: vec![], charset: None, offsets: None };
+        let mut header = Self {
+            entry: entry.clone(),
+            syntax,
+            start,
+            pixels: None,
+            values,
+            shared,
+            frames: vec![],
+            charset: None,
+            offsets: None,
+            lent: None,
+        };
         let rest = entry.bytes.saturating_sub(start);
         if header.is_deflated() {
             let inflated = DeflateDecoder::new(entry.open(start, progress)?);
@@ -210,6 +224,10 @@ impl Header {
             let position = self.numbers::<3>(tags::IMAGE_POSITION_PATIENT, frame);
             position.zip(self.numbers::<6>(tags::IMAGE_ORIENTATION_PATIENT, frame))
         });
+        if let Some(lent) = self.lent {
+            let position = self.numbers::<3>(tags::IMAGE_POSITION_PATIENT, frame);
+            return Some(lent.place(position, self.numbers::<6>(tags::IMAGE_ORIENTATION_PATIENT, frame)));
+        }
         let Some(offsets) = &self.offsets else { return stated? };
         let (position, along) = stated.flatten().unwrap_or(([0.0; 3], [1.0, 0.0, 0.0, 0.0, 1.0, 0.0]));
         let offset_mm = match offsets {
@@ -392,12 +410,6 @@ fn meta(head: &[u8]) -> Result<(String, u64), ReadError> {
     let spelled = head.get(at + 4..at + 6).is_some_and(|vr| vr.iter().all(u8::is_ascii_uppercase));
     let unsaid = if spelled { "1.2.840.10008.1.2.1" } else { IMPLICIT };
     Ok((uid.unwrap_or_else(|| unsaid.to_owned()), at as u64))
-}
-
-fn head(entry: &Entry, progress: &Progress) -> Result<Vec<u8>, ReadError> {
-    let mut head = vec![];
-    entry.open(0, progress)?.take(MOST_META).read_to_end(&mut head)?;
-    Ok(head)
 }
 
 /// Whether a file begins as DICOM does, with a preamble or, in old files, without: by an element of the meta information, or of the first that a

@@ -60,8 +60,17 @@ pub fn frame(bytes: &[u8]) -> Option<Frame> {
     None
 }
 
-/// A Huffman table: length of the code (0 where there is none) and symbol for each 16 bits that may come.
-struct Table(Vec<(u8, u8)>);
+/// A Huffman table.
+struct Table {
+    /// Length of the code (0 where there is none) and symbol for each 16 bits that may come.
+    codes: Vec<(u8, u8)>,
+    /// Difference and all its bits for each [`SHORT`] bits that may come; 0 bits where it has more. Most differences are short, and so is this,
+    /// which the nearest cache holds.
+    short: Vec<(i16, u8)>,
+}
+
+/// Bits that are looked up at once.
+const SHORT: u32 = 11;
 
 impl Table {
     /// From the counts of codes of 1 to 16 bits and their symbols (T.81, annex C).
@@ -75,8 +84,19 @@ impl Table {
                 next += run;
             }
         }
-        Some(Self(codes))
+        let short = (0..1_usize << SHORT).map(|bits| {
+            let (length, size) = codes[bits << (16 - SHORT)];
+            let used = u32::from(length) + u32::from(size);
+            let low = (bits >> (SHORT.saturating_sub(used))) as i32 & ((1 << size.min(15)) - 1);
+            if length > 0 && used <= SHORT { (extended(low, size.into()) as i16, used as u8) } else { (0, 0) }
+        });
+        Some(Self { short: short.collect(), codes })
     }
+}
+
+/// The difference of `bits` bits whose bits are `value`: those that begin with 0 are negative.
+fn extended(value: i32, bits: u32) -> i32 {
+    if bits > 0 && value >> (bits - 1) == 0 { value - (1 << bits) + 1 } else { value }
 }
 
 /// The bits of samples, up to the next marker.
@@ -92,6 +112,14 @@ struct Bits<'a> {
 impl Bits<'_> {
     /// Holds 33 bits at least: a code and what follows it.
     fn fill(&mut self) {
+        // Four bytes at once where none is 0xff: one of them is where its complement less one borrows from a bit that it has itself.
+        if let Some(&four) = self.bytes.get(self.at..).and_then(<[u8]>::first_chunk) {
+            let four = u32::from_be_bytes(four);
+            if (!four).wrapping_sub(0x0101_0101) & four & 0x8080_8080 == 0 {
+                (self.held, self.count, self.at) = (self.held << 32 | u64::from(four), self.count + 32, self.at + 4);
+                return;
+            }
+        }
         while self.count <= 56 {
             let byte = match self.bytes.get(self.at..) {
                 // A byte 0xff of samples is followed by 0.
@@ -122,7 +150,12 @@ impl Bits<'_> {
         if self.count < 33 {
             self.fill();
         }
-        let (length, bits) = table.0[self.peek(16) as usize];
+        let (value, used) = table.short[self.peek(SHORT) as usize];
+        if used > 0 {
+            self.count -= u32::from(used);
+            return self.whole(value.into());
+        }
+        let (length, bits) = table.codes[self.peek(16) as usize];
         if length == 0 || bits > 16 {
             return Err(damaged("it holds a code that there is not"));
         }
@@ -134,14 +167,15 @@ impl Bits<'_> {
             _ => {
                 let value = self.peek(bits) as i32;
                 self.count -= bits;
-                // Those that begin with 0 are negative.
-                if value >> (bits - 1) == 0 { value - (1 << bits) + 1 } else { value }
+                extended(value, bits)
             }
         };
-        if self.missing > self.count {
-            return Err(damaged("it breaks off"));
-        }
-        Ok(value)
+        self.whole(value)
+    }
+
+    /// A difference none of whose bits were made up.
+    fn whole(&self, difference: i32) -> Result<i32, ReadError> {
+        if self.missing > self.count { Err(damaged("it breaks off")) } else { Ok(difference) }
     }
 
     /// Goes on behind the restart marker that must come now.
@@ -197,39 +231,45 @@ fn samples(mut bits: Bits<'_>, table: &Table, frame: &Frame, interval: usize, pr
         return Err(damaged("its restart intervals are no whole lines"));
     }
     let lines = interval / nx.max(1);
-    let first = 1 << (frame.bits - shift - 1);
-    let mut out: Vec<u16> = Vec::with_capacity(nx * ny);
+    let first: i32 = 1 << (frame.bits - shift - 1);
+    let mut out = vec![0_u16; nx * ny];
+    let nothing = vec![0_u16; nx];
     for j in 0..ny {
+        let (above, row) = out.split_at_mut(j * nx);
+        let (above, row) = (&above[above.len().saturating_sub(nx)..], &mut row[..nx]);
         let is_first = j == 0 || lines > 0 && j.is_multiple_of(lines);
         if j > 0 && is_first {
             bits.restart()?;
         }
-        for i in 0..nx {
-            let n = out.len();
-            let at = |back: usize| i32::from(out[n - back]);
-            let guess = match (is_first, i) {
-                (true, 0) => first,
-                (true, _) => at(1),
-                (false, 0) => at(nx),
-                _ => {
-                    let (a, b, c) = (at(1), at(nx), at(nx + 1));
-                    match predictor {
-                        1 => a,
-                        2 => b,
-                        3 => c,
-                        4 => a + b - c,
-                        5 => a + ((b - c) >> 1),
-                        6 => b + ((a - c) >> 1),
-                        _ => (a + b) >> 1,
-                    }
-                }
-            };
-            // Modulo 2¹⁶, as the standard has it.
-            out.push((guess + bits.difference(table)?) as u16);
-        }
+        let before = if is_first { first } else { above.first().map_or(0, |&v| v.into()) };
+        let Some(begin) = row.first_mut() else { continue };
+        *begin = (before + bits.difference(table)?) as u16;
+        match predictor {
+            // The first line has none above it.
+            _ if is_first => line(&mut bits, table, row, &nothing, |a, _, _| a),
+            1 => line(&mut bits, table, row, above, |a, _, _| a),
+            2 => line(&mut bits, table, row, above, |_, b, _| b),
+            3 => line(&mut bits, table, row, above, |_, _, c| c),
+            4 => line(&mut bits, table, row, above, |a, b, c| a + b - c),
+            5 => line(&mut bits, table, row, above, |a, b, c| a + ((b - c) >> 1)),
+            6 => line(&mut bits, table, row, above, |a, b, c| b + ((a - c) >> 1)),
+            _ => line(&mut bits, table, row, above, |a, b, _| (a + b) >> 1),
+        }?;
     }
     out.iter_mut().for_each(|sample| *sample <<= shift);
     Ok(out)
+}
+
+/// The samples of a line behind its first, each from the one before it, the one above, and the one before that.
+fn line(bits: &mut Bits<'_>, table: &Table, row: &mut [u16], above: &[u16], guess: impl Fn(i32, i32, i32) -> i32) -> Result<(), ReadError> {
+    let (mut a, mut c) = (i32::from(row[0]), i32::from(above[0]));
+    for (sample, &b) in row[1..].iter_mut().zip(&above[1..]) {
+        let b = i32::from(b);
+        // Modulo 2¹⁶, as the standard has it.
+        *sample = (guess(a, b, c) + bits.difference(table)?) as u16;
+        (a, c) = (i32::from(*sample), b);
+    }
+    Ok(())
 }
 
 #[cfg(test)]

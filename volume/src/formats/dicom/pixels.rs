@@ -3,7 +3,8 @@
 use super::super::ReadError;
 use super::super::decode::SampleType;
 use super::super::jpeg_2000;
-use super::super::part::{MOST_BLANK, MOST_EXPANSION, check_expansion_to, read_all};
+use super::super::packing::{MOST_BLANK, MOST_EXPANSION, check_expansion_to};
+use super::super::part::read_all;
 use super::header::{BIG_ENDIAN, Header, Pixels};
 use super::jpeg_lossless;
 use crate::Progress;
@@ -199,7 +200,7 @@ impl Storing {
                     return Err(damaged(&format!("its samples of {} bits do not fit {n} bytes", frame.bits)));
                 }
                 let samples = jpeg_lossless::decode(packed, &frame)?;
-                return Ok(samples.into_iter().flat_map(|v| u64::from(v).to_le_bytes().into_iter().take(n)).collect());
+                return Ok(stored(&samples, n));
             }
             Some(frame) if frame.bits > 8 => {
                 let text = format!("its pixels are JPEG with loss of {} bits, which is not read here; {UNPACK}", frame.bits);
@@ -230,8 +231,7 @@ impl Storing {
         // Sizes of DICOM have 16 bits. The decoder compares them with its own before it reserves anything.
         let [width, height] = self.dims.map(|n| n as u32);
         let (samples, ..) = jpegls::decode(packed, width, height).map_err(|e| ReadError::Damaged(format!("as JPEG-LS, {e}")))?;
-        let n = self.sample.bytes();
-        Ok(samples.into_iter().flat_map(|v| u64::from(v).to_le_bytes().into_iter().take(n)).collect())
+        Ok(stored(&samples, self.sample.bytes()))
     }
 
     /// Packed by runs, a segment for each byte of the samples, the highest first (DICOM part 5, annex G).
@@ -274,6 +274,15 @@ impl Storing {
         }
         let ([a, b], [c, d]) = (self.dims, dims);
         Err(ReadError::Contradiction(format!("it has {a}×{b} samples, but {c}×{d} are packed in it")))
+    }
+}
+
+/// Samples in `n` bytes each, little-endian.
+fn stored(samples: &[u16], n: usize) -> Vec<u8> {
+    match n {
+        1 => samples.iter().map(|&v| v as u8).collect(),
+        2 => samples.iter().flat_map(|v| v.to_le_bytes()).collect(),
+        _ => samples.iter().flat_map(|&v| u32::from(v).to_le_bytes()).collect(),
     }
 }
 

@@ -1,17 +1,19 @@
-//! The series of a folder or a zip, and which of them is read.
+//! The series of a folder or an archive, and which of them is read.
 
-use super::super::entries::{Entry, in_folder, in_zip};
-use super::super::part::{head_of, in_file};
-use super::super::{Hints, ReadError, is_zip};
+use super::super::entries::{entry_at, in_folder};
+use super::super::entry::Entry;
+use super::super::part::in_file;
+use super::super::{Hints, ReadError, archive};
 use super::apart::{Scan, told_apart};
 use super::header::Header;
+use super::placeless;
 use crate::Progress;
 use dicom_dictionary_std::tags;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// One of the series of a folder or a zip.
+/// One of the series of a folder or an archive.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Series {
     /// What names it behind the `#` of `FOLDER#KEY`: its number, and where several have that number, its place among them (`3.1`, `3.2`).
@@ -32,12 +34,12 @@ impl std::fmt::Display for Series {
 pub fn read(path: &Path, hints: &Hints, progress: &Progress, warnings: &mut Vec<String>) -> Result<Vec<Header>, ReadError> {
     // The list of a disc names its files; they are looked for.
     let path = match path.parent() {
-        Some(folder) if path.file_name().is_some_and(|name| name.eq_ignore_ascii_case("DICOMDIR")) && path.is_file() => {
+        Some(folder) if path.file_name().is_some_and(|name| name.eq_ignore_ascii_case("DICOMDIR")) && archive::is_file(path) => {
             if folder == Path::new("") { Path::new(".") } else { folder }
         }
         _ => path,
     };
-    if !path.is_dir() && !is_zip(&head_of(path, 4)?.0) {
+    if !archive::is_folder(path, progress)? {
         return of_file(path, hints, progress, warnings);
     }
     let mut all = all(path, progress, warnings)?;
@@ -58,14 +60,14 @@ pub fn read(path: &Path, hints: &Hints, progress: &Progress, warnings: &mut Vec<
     Ok(all.swap_remove(chosen).1)
 }
 
-/// The series that hold images in the folder or zip at `path`, the largest first.
+/// The series that hold images in the folder or archive at `path`, the largest first.
 pub fn list(path: &Path, progress: &Progress) -> Result<Vec<Series>, ReadError> {
     Ok(all(path, progress, &mut vec![])?.into_iter().map(|(series, _)| series).collect())
 }
 
 /// The series that hold images, the largest first.
 fn all(path: &Path, progress: &Progress, warnings: &mut Vec<String>) -> Result<Vec<(Series, Vec<Header>)>, ReadError> {
-    let entries = if path.is_dir() { in_folder(path, true, progress, warnings)? } else { in_zip(path, progress, warnings)? };
+    let entries = in_folder(path, true, progress, warnings)?;
     let images = |scan: &Scan| scan.headers.iter().filter(|h| h.pixels.is_some()).map(|h| h.images() as u64).sum::<u64>();
     let scans = headers(entries, progress, warnings)?.into_values().flat_map(told_apart);
     let mut all: Vec<Scan> = scans.filter(|s| images(s) > 0).collect();
@@ -86,7 +88,7 @@ fn all(path: &Path, progress: &Progress, warnings: &mut Vec<String>) -> Result<V
 
 /// The series of one file: its own.
 fn of_file(path: &Path, hints: &Hints, progress: &Progress, warnings: &mut Vec<String>) -> Result<Vec<Header>, ReadError> {
-    let entry = Entry::of(path)?;
+    let entry = entry_at(path, progress)?;
     let header = Header::read(&entry, progress)?;
     if header.pixels.is_none() {
         return Err(ReadError::NoImages);
@@ -137,5 +139,6 @@ fn headers(entries: Vec<Entry>, progress: &Progress, warnings: &mut Vec<String>)
         let more = if broken.len() > 1 { format!(" ({} such files)", broken.len()) } else { String::new() };
         warnings.push(format!("{name} cannot be read and is left out: {error}{more}"));
     }
+    by_series.values_mut().for_each(|headers| placeless::lend(headers));
     Ok(by_series)
 }

@@ -1,6 +1,6 @@
 //! The spacing of pictures, from the file that a scanner writes beside them: Bruker's `.log` (NRecon) and Nikon's `.xtekct`.
 
-use super::super::entries::Entry;
+use super::super::entry::Entry;
 use super::super::text::{decimal, settings};
 use super::super::units::unit_mm;
 use crate::Progress;
