@@ -50,10 +50,11 @@ pub struct Fit {
 }
 
 impl Fit {
-    /// Median distance along normals of partners that count, about the offset, mm.
+    /// Median distance along normals of partners that count from the middle of all of them, mm.
     pub fn median_mm(&self) -> f64 {
-        let counted = self.rows.iter().zip(&self.weights).filter(|(_, w)| **w > 0.0);
-        middle_and_spread(counted.map(|(row, _)| (row.off_mm - self.next.offset_mm).abs())).0
+        let counted = || self.rows.iter().zip(&self.weights).filter(|(_, w)| **w > 0.0).map(|(row, _)| row.off_mm);
+        let (middle_mm, _) = middle_and_spread(counted());
+        middle_and_spread(counted().map(|mm| (mm - middle_mm).abs())).0
     }
 
     /// The share of the points that have a partner which counts.

@@ -74,7 +74,7 @@ pub struct Report {
 /// How well two surfaces lie on each other.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SurfaceReport {
-    /// Median distance along normals of partners that count, about the offset, mm.
+    /// Median distance along normals of partners that count from the middle of all of them, mm.
     pub median_mm: f64,
     /// Standard deviation of what is left between partners along normals, robust, mm.
     pub spread_mm: f64,
