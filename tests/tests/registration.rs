@@ -3,6 +3,8 @@
 //!
 //! `BREGMA_SEEDS=20` (200 for the intervals) makes as many of each as docs/registration.md states; a few are made where it is not set.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
 use bregma_field::interpolant::depth_at;
 use bregma_field::{Cancelled, Grid, IndexPoint, Progress, Registration, Samples, Surface, Volume, WorldPoint, formats, read_transform};
 use bregma_measure::landmarks;
@@ -461,18 +463,25 @@ fn lengths_across_registered_scans_hold_the_truth() {
         let isovalues = [iso + off(&first), iso + off(&second)];
         let found = surfaces([&first, &second], isovalues, Some(to_second * to_first.inverse()));
         let (of_seed, count, median) = differences([&first, &second], isovalues, &found.registration, 200);
-        println!("isovalues {isovalues:.1?}: {of_seed} of {count} differences, which are 0, are within their ±; half are less than {median:.3} mm");
+        println!(
+            "isovalues {isovalues:.1?}: {of_seed} of {count} differences, which are 0, are within their ±; half are less than {median:.3} mm"
+        );
         (held, all) = (held + of_seed, all + count);
     }
     let share = 100.0 * held as f64 / all as f64;
     println!("made again and registered: {share:.1} % of {all}");
     assert!((93.0..=99.0).contains(&share), "{share}");
     // Two real series of one phantom, of 1 mm and of tilted slices of 2.5 mm: told, not claimed.
-    let phantom = |name: &str| Arc::new(formats::open(&folder.join("phantom-philips").join(name), &Default::default(), &Progress::default()).unwrap());
+    let phantom = |name: &str| {
+        Arc::new(formats::open(&folder.join("phantom-philips").join(name), &Default::default(), &Progress::default()).unwrap())
+    };
     let (straight, tilted) = (phantom("straight"), phantom("tilted"));
     let found = surfaces([&tilted, &straight], [226.0; 2], Some(DAffine3::IDENTITY));
     let (held, all, median) = differences([&tilted, &straight], [226.0; 2], &found.registration, 1_000);
-    println!("phantom, registered: {:.1} % of {all} differences are within their ±; half are less than {median:.3} mm", 100.0 * held as f64 / all as f64);
+    println!(
+        "phantom, registered: {:.1} % of {all} differences are within their ±; half are less than {median:.3} mm",
+        100.0 * held as f64 / all as f64
+    );
     let unregistered = Registration::of(DAffine3::IDENTITY);
     let (_, all, median_before) = differences_without(&tilted, &straight, &unregistered);
     println!("as the files say, half of {all} are less than {median_before:.3} mm");
