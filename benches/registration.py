@@ -192,28 +192,29 @@ def simple_itk():
 def elastix():
     import itk
 
+    def placed(image, pose):
+        made = itk.image_from_array(sitk.GetArrayFromImage(image).astype(np.float32))
+        made.SetSpacing(image.GetSpacing())
+        made.SetOrigin((pose[:3, :3] @ image.GetOrigin() + pose[:3, 3]).tolist())
+        made.SetDirection(itk.matrix_from_array(pose[:3, :3] @ np.array(image.GetDirection()).reshape(3, 3)))
+        return made
+
     def work(case):
-        moving, fixed = (itk.imread(str(file), itk.F) for file in case["files"])
-        back = np.linalg.inv(case["start"])
+        moving, fixed = placed(case["images"][0], case["start"]), placed(case["images"][1], np.eye(4))
         parameters = itk.ParameterObject.New()
-        parameters.AddParameterMap(parameters.GetDefaultParameterMap("rigid"))
-        first = itk.AffineTransform[itk.D, 3].New()
-        first.SetMatrix(itk.matrix_from_array(back[:3, :3]))
-        first.SetTranslation(back[:3, 3].tolist())
-        method = itk.ElastixRegistrationMethod.New(fixed, moving)
-        method.SetParameterObject(parameters)
-        method.SetExternalInitialTransform(first)
-        method.SetLogToConsole(False)
-        method.Update()
-        got = method.GetTransformParameterObject().GetParameterMap(0)
-        angles, shift = np.array(got["TransformParameters"], float)[:3], np.array(got["TransformParameters"], float)[3:]
-        own = sitk.Euler3DTransform([float(v) for v in got["CenterOfRotationPoint"]], *angles.tolist(), shift.tolist())
+        rigid = parameters.GetDefaultParameterMap("rigid")
+        rigid["AutomaticTransformInitialization"] = ["false"]
+        parameters.AddParameterMap(rigid)
+        _, got = itk.elastix_registration_method(fixed, moving, parameter_object=parameters, log_to_console=False)
+        got = dict(got.GetParameterMap(0))
+        numbers = [float(v) for v in got["TransformParameters"]]
+        own = sitk.Euler3DTransform([float(v) for v in got["CenterOfRotationPoint"]], *numbers[:3], numbers[3:])
         own.SetComputeZYX(got.get("ComputeZYX", ("false",))[0] == "true")
+        # elastix's map leads from the fixed image to the moving one.
         pose = np.eye(4)
-        for n in range(3):
-            pose[:3, n] = np.array(own.TransformPoint(np.eye(3)[n].tolist())) - own.TransformPoint([0.0] * 3)
         pose[:3, 3] = own.TransformPoint([0.0] * 3)
-        return np.linalg.inv(back @ pose)
+        pose[:3, :3] = np.array([own.TransformPoint(axis) for axis in np.eye(3).tolist()]).T - pose[:3, 3:]
+        return np.linalg.inv(pose) @ case["start"]
 
     return timed(work)
 
