@@ -58,6 +58,29 @@ pub struct Registered {
     pub report: Report,
 }
 
+impl Registered {
+    /// The same where the scene puts the fixed scan by `fixed`: what the moving scan's layer takes. How sure it is is known only there where the
+    /// fixed scan is not stretched.
+    pub fn in_scene(&self, fixed: &DAffine3) -> Registration {
+        let Registration { transform, residual_mm, covariance } = &self.registration;
+        let covariance = covariance.as_ref().and_then(|covariance| covariance.moved(fixed));
+        Registration { transform: *fixed * *transform, residual_mm: *residual_mm, covariance }
+    }
+}
+
+/// The first two visible scans whose boxes lie wholly beside each other, where there are two.
+pub fn apart(opened: &Opened) -> Option<[usize; 2]> {
+    let boxes: Vec<(usize, [DVec3; 2])> = (0..opened.volumes.len())
+        .filter(|n| opened.scene.layers[*n].visible)
+        .map(|n| {
+            let corners = opened.volumes[n].grid().corners_mm().map(|p| opened.scene.layers[n].transform.transform_point3(p));
+            (n, [corners.into_iter().fold(DVec3::INFINITY, DVec3::min), corners.into_iter().fold(DVec3::NEG_INFINITY, DVec3::max)])
+        })
+        .collect();
+    let lie_apart = |[low, high]: &[DVec3; 2], other: &[DVec3; 2]| high.cmplt(other[0]).any() || other[1].cmplt(*low).any();
+    boxes.iter().enumerate().find_map(|(n, (a, of_a))| boxes[n + 1..].iter().find(|(_, of_b)| lie_apart(of_a, of_b)).map(|(b, _)| [*a, *b]))
+}
+
 /// How well two scans lie on each other.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Report {
