@@ -84,7 +84,7 @@ fn surfaces_bring_a_scan_back_and_one_step_undoes_all_of_it() {
     let covariance = window.state().scene().layers[1].covariance.clone().expect("how sure it is");
     let middle = place().transform_point3(DVec3::new(0.0, 0.0, -20.0));
     assert!(covariance.centre_mm.distance(middle) < 40.0, "{} is not in the scene's world, where {middle} is", covariance.centre_mm);
-    for label in ["again onto skull", "distance", "with partners", "middle ± deviation", "Histogram of distances between the surfaces"] {
+    for label in ["again onto skull", "distance", "with partners", "± of the middle", "Histogram of distances between the surfaces"] {
         window.get_by_label(label);
     }
     screenshot(&mut window, "register-surfaces.png");
@@ -134,9 +134,9 @@ fn landmarks_fit_without_the_one_that_is_another_point() {
     let before = pose(&window);
     window.get_by_role_and_label(Role::RadioButton, "By landmarks").click();
     window.run_steps(3);
-    window.get_by_label("porion left !");
-    window.get_by_role_and_label(Role::CheckBox, "Use porion left").click();
+    window.get_by_role_and_label(Role::CheckBox, "Use porion left, which is far off").click();
     window.run_steps(3);
+    window.get_by_role_and_label(Role::CheckBox, "Use porion left");
     screenshot(&mut window, "register-landmarks.png");
     fit(&mut window);
     assert!(off_mm(pose(&window)) < 0.1, "{} mm off", off_mm(pose(&window)));

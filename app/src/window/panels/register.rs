@@ -11,7 +11,7 @@ use bregma_measure::landmarks::Landmark;
 use bregma_register::landmarks::Paired;
 use bregma_session::Opened;
 use bregma_session::register::{By, Order, RegisterError, register};
-use egui::{Button, ComboBox, Grid, RichText, ScrollArea, Ui};
+use egui::{Button, ComboBox, Grid, ScrollArea, Ui};
 use std::sync::Arc;
 
 /// The panel.
@@ -160,22 +160,27 @@ impl RegisterPanel {
 
     /// A line of the table.
     fn pair(&mut self, ui: &mut Ui, name: &str, pair: Option<&Paired>) {
-        let is_outlier = pair.is_some_and(|pair| pair.used && pair.is_outlier);
-        let color = if is_outlier { ui.visuals().warn_fg_color } else { ui.visuals().text_color() };
         let mut used = !self.left_out.iter().any(|out| out == name);
-        let hint = if is_outlier { "Farther off than the others explain: look at it, or leave it out" } else { "Takes part" };
-        ui.horizontal(|ui| {
-            let text = RichText::new(if is_outlier { format!("{name} !") } else { name.to_owned() }).color(color);
-            let tick = ui.checkbox(&mut used, "").on_hover_text(hint).accessible_name(format!("Use {name}"));
-            ui.set_max_width(NAME);
-            ui.add(egui::Label::new(text).truncate()).on_hover_text(hint);
-            if tick.changed() {
-                self.left_out.retain(|out| out != name);
-                if !used {
-                    self.left_out.push(name.to_owned());
-                }
+        let is_outlier = used && pair.is_some_and(|pair| pair.is_outlier);
+        let (color, spoken, hint) = match (used, is_outlier) {
+            (_, true) => {
+                let hint = "Farther off than the others explain: look at it, or leave it out";
+                (ui.visuals().warn_fg_color, format!("Use {name}, which is far off"), hint)
             }
+            (true, _) => (ui.visuals().text_color(), format!("Use {name}"), "Takes part"),
+            _ => (ui.visuals().weak_text_color(), format!("Use {name}"), "Takes no part"),
+        };
+        let tick = ui.scope(|ui| {
+            ui.visuals_mut().override_text_color = Some(color);
+            let text = elided(ui, name, NAME);
+            ui.checkbox(&mut used, text).on_hover_text(format!("{name}: {hint}")).accessible_name(spoken)
         });
+        if tick.inner.changed() {
+            self.left_out.retain(|out| out != name);
+            if !used {
+                self.left_out.push(name.to_owned());
+            }
+        }
         let numbers = pair.map_or([None; 3], |pair| [Some(pair.residual_mm), pair.left_out_mm, pair.shift_mm]);
         numbers.iter().for_each(|v| _ = ui.colored_label(color, v.map_or("–".to_owned(), mm3)));
         ui.end_row();
@@ -196,9 +201,11 @@ const TITLES: [(&str, &str); 3] = [
     ("shift", "How far the fit moves the middle of the landmarks where this pair takes no part, mm"),
 ];
 
+/// An error as a sentence of its own.
 fn sentence(error: &RegisterError) -> String {
     let text = in_the_window(&error.to_string());
-    text[..1].to_uppercase() + &text[1..]
+    let mut letters = text.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
 /// Names of landmarks that are set in both scans, in the order of the moving scan's.

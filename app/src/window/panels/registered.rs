@@ -123,9 +123,9 @@ impl Fitted {
                 let (name, hint) = if is_of_two {
                     ("spread of the choice", "How far the middle moves by which parts of the surface are chosen: along x, y and z")
                 } else {
-                    ("middle ± deviation", "How sure it is where the middle of the scan lies: standard deviation along x, y and z")
+                    ("± of the middle", "Standard deviation, along x, y and z, of where the middle of the moved scan lies")
                 };
-                row(name, format!("± {}, {}, {} mm", mm3(x), mm3(y), mm3(z)), hint);
+                row(name, format!("{}, {}, {} mm", mm3(x), mm3(y), mm3(z)), hint);
             }
         });
     }
