@@ -124,8 +124,8 @@ impl Bench {
         let is_registration = |source: &Source| !self.is_empty() && Kind::of(source) == Kind::Registration;
         let (registrations, others): (Vec<_>, Vec<_>) = sources(paths).into_iter().partition(is_registration);
         for registration in registrations {
-            match self.work.opened.register(&registration.file) {
-                Ok(n) => self.messages.note(format!("{} was moved as {} says", self.work.opened.volumes[n].name(), registration.name())),
+            match self.work.move_by(&registration.file) {
+                Ok(scan) => self.messages.note(format!("{scan} was moved as {} says", registration.name())),
                 Err(error) => self.messages.error(error.to_string()),
             }
         }

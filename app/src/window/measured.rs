@@ -5,8 +5,9 @@ use bregma_measure::mesh::onto_surface;
 use bregma_measure::thickness::across;
 use bregma_measure::{DifferenceRay, Edge};
 use bregma_renderer::{Color, Ray, Scene, Surface};
-use bregma_session::{Landmark, Measurement, Opened, Origin, same_scans};
+use bregma_session::{InputError, Landmark, Measurement, Opened, Origin, same_scans};
 use glam::{DAffine3, DVec3};
+use std::path::Path;
 
 /// A difference ray with its name.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,6 +64,15 @@ impl Work {
         let Registration { transform, residual_mm, covariance } = registration;
         (layer.transform, layer.residual_mm, layer.covariance) = (transform, residual_mm, covariance);
         self.measured.move_landmarks(self.opened.volumes[n].name(), &motion);
+    }
+
+    /// Puts a scan where a file of a registration has it, and gives its name.
+    pub fn move_by(&mut self, file: &Path) -> Result<String, InputError> {
+        let before: Vec<DAffine3> = self.opened.scene.layers.iter().map(|layer| layer.transform).collect();
+        let n = self.opened.register(file)?;
+        let name = self.opened.volumes[n].name().to_owned();
+        self.measured.move_landmarks(&name, &(self.opened.scene.layers[n].transform * before[n].inverse()));
+        Ok(name)
     }
 
     /// What was measured, with what it was measured on, where that is given; `rays` are what its rays found.

@@ -156,6 +156,20 @@ fn landmarks_fit_without_the_one_that_is_another_point() {
 }
 
 #[test]
+fn a_registration_from_a_file_takes_the_landmarks_along() {
+    // Fails if a file moves a scan away from under the landmarks that were set on it.
+    let (mut window, file) = twice("dropped", [0.0; 6]);
+    let matrix = std::env::temp_dir().join(format!("bregma-window-{}-dropped-matrix.json", std::process::id()));
+    std::fs::write(&matrix, "[[1,0,0,7],[0,1,0,0],[0,0,1,0],[0,0,0,1]]").unwrap();
+    drop_file(&mut window, &matrix);
+    assert_eq!(pose(&window), DAffine3::from_translation(DVec3::X * 7.0));
+    for ((_, point), landmark) in POINTS.iter().zip(&window.state().landmarks()[6..]) {
+        assert!(landmark.point_mm.unwrap().distance(*point + DVec3::X * 7.0) < 1e-9, "{landmark:?}");
+    }
+    [&file, &matrix].map(|file| std::fs::remove_file(file).unwrap());
+}
+
+#[test]
 fn scans_that_lie_apart_are_told_and_one_alone_is_not_registered() {
     // Fails if nobody is told why only one scan is seen, or one scan has a panel that asks which of two.
     let files = ["apart-a", "apart-b"].map(|name| ball(name, 24));

@@ -147,7 +147,7 @@ impl RegisterPanel {
         let names = common(opened, self.numbers);
         if !names.is_empty() {
             Grid::new("pairs").num_columns(4).spacing([10.0, 2.0]).striped(true).show(ui, |ui| {
-                ui.weak("landmark");
+                ui.weak("landmark, mm");
                 for (title, hint) in TITLES {
                     ui.weak(title).on_hover_text(hint);
                 }
