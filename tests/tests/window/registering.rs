@@ -166,7 +166,7 @@ fn a_registration_from_a_file_takes_the_landmarks_along() {
     for ((_, point), landmark) in POINTS.iter().zip(&window.state().landmarks()[6..]) {
         assert!(landmark.point_mm.unwrap().distance(*point + DVec3::X * 7.0) < 1e-9, "{landmark:?}");
     }
-    [&file, &matrix].map(|file| std::fs::remove_file(file).unwrap());
+    [&file, &matrix].iter().for_each(|file| std::fs::remove_file(file).unwrap());
 }
 
 #[test]
