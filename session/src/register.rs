@@ -207,7 +207,8 @@ fn by_surfaces(opened: &Opened, numbers: [usize; 2], order: &Order, progress: &P
         }
     }
     let pair = Pair { moving: &clouds[0], fixed: &clouds[1], parts: &order.parts };
-    let found = anywhere::from(&pair, order.start, progress)?;
+    let middle_mm = opened.volumes[numbers[0]].grid().corners_mm().into_iter().sum::<DVec3>() / 8.0;
+    let found = anywhere::from(&pair, order.start.and_then(|start| rigid(&start, middle_mm)), progress)?;
     if found.fit.matched() == 0.0 {
         return Err(RegisterError::Apart);
     }
@@ -215,6 +216,17 @@ fn by_surfaces(opened: &Opened, numbers: [usize; 2], order: &Order, progress: &P
     let voxel_mm = clouds[0].voxel_mm.max(clouds[1].voxel_mm);
     let report = report(&found, &covariance, voxel_mm, order.freedom);
     Ok(Registered { registration: Registration { transform: found.fit.pose, residual_mm: None, covariance: Some(covariance) }, report })
+}
+
+/// Digits double with each step: a matrix that is stretched a millionfold is orthogonal after so many.
+const POLAR_STEPS: usize = 30;
+
+/// The rigid motion nearest to `start` that moves the point `middle_mm` alike, as surfaces keep their sizes; none where `start` mirrors. By
+/// Newton's iteration for the polar decomposition (Higham 1986, SIAM J. Sci. Stat. Comput. 7, 1160–1174).
+fn rigid(start: &DAffine3, middle_mm: DVec3) -> Option<DAffine3> {
+    let turns = start.matrix3.determinant() > 0.0;
+    let turn = (0..POLAR_STEPS).fold(start.matrix3, |m, _| 0.5 * (m + m.inverse().transpose()));
+    turns.then(|| DAffine3::from_mat3_translation(turn, start.transform_point3(middle_mm) - turn * middle_mm))
 }
 
 fn report(found: &Found, covariance: &Covariance, voxel_mm: f64, freedom: Freedom) -> Report {

@@ -156,6 +156,21 @@ fn landmarks_fit_without_the_one_that_is_another_point() {
 }
 
 #[test]
+fn onto_a_stretched_scan_it_is_told_that_lengths_do_not_know_how_sure_it_is() {
+    // Fails if a covariance is turned into a stretched world, where a turn is none, or left out in silence.
+    let (mut window, file) = twice("stretched", [0.0; 6]);
+    let matrix = std::env::temp_dir().join(format!("bregma-window-{}-stretched-matrix.json", std::process::id()));
+    std::fs::write(&matrix, r#"{"pairs": {"skull->again": {"R": [[1.02,0,0],[0,1,0],[0,0,1]], "t": [0,0,0]}}}"#).unwrap();
+    drop_file(&mut window, &matrix);
+    fit(&mut window);
+    window.get_by_label_contains("is stretched by its own registration");
+    assert_eq!(window.state().scene().layers[1].covariance, None);
+    let stretch = DAffine3::from_scale(DVec3::new(1.02, 1.0, 1.0));
+    assert!(POINTS.iter().all(|(_, p)| pose(&window).transform_point3(*p).distance(stretch.transform_point3(*p)) < 0.05));
+    [&file, &matrix].iter().for_each(|file| std::fs::remove_file(file).unwrap());
+}
+
+#[test]
 fn a_registration_from_a_file_takes_the_landmarks_along() {
     // Fails if a file moves a scan away from under the landmarks that were set on it.
     let (mut window, file) = twice("dropped", [0.0; 6]);

@@ -73,6 +73,10 @@ impl Fitted {
         for note in &self.registered.report.notes {
             ui.colored_label(ui.visuals().warn_fg_color, in_the_window(note));
         }
+        if self.registered.registration.covariance.is_some() && self.registration().covariance.is_none() {
+            let text = format!("{stays} is stretched by its own registration: how sure this one is does not reach the ± of lengths.");
+            ui.colored_label(ui.visuals().warn_fg_color, text);
+        }
         ui.horizontal_wrapped(|ui| {
             let hint = "As JSON with how it was made, or as an ITK transform for other programs";
             if ui.button("Save registration…").on_hover_text(hint).clicked() {
