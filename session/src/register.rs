@@ -58,6 +58,29 @@ pub struct Registered {
     pub report: Report,
 }
 
+impl Registered {
+    /// The same where the scene puts the fixed scan by `fixed`: what the moving scan's layer takes. How sure it is is known only there where the
+    /// fixed scan is not stretched.
+    pub fn in_scene(&self, fixed: &DAffine3) -> Registration {
+        let Registration { transform, residual_mm, covariance } = &self.registration;
+        let covariance = covariance.as_ref().and_then(|covariance| covariance.moved(fixed));
+        Registration { transform: *fixed * *transform, residual_mm: *residual_mm, covariance }
+    }
+}
+
+/// The first two visible scans whose boxes lie wholly beside each other, where there are two.
+pub fn apart(opened: &Opened) -> Option<[usize; 2]> {
+    let boxes: Vec<(usize, [DVec3; 2])> = (0..opened.volumes.len())
+        .filter(|n| opened.scene.layers[*n].visible)
+        .map(|n| {
+            let corners = opened.volumes[n].grid().corners_mm().map(|p| opened.scene.layers[n].transform.transform_point3(p));
+            (n, [corners.into_iter().fold(DVec3::INFINITY, DVec3::min), corners.into_iter().fold(DVec3::NEG_INFINITY, DVec3::max)])
+        })
+        .collect();
+    let lie_apart = |[low, high]: &[DVec3; 2], other: &[DVec3; 2]| high.cmplt(other[0]).any() || other[1].cmplt(*low).any();
+    boxes.iter().enumerate().find_map(|(n, (a, of_a))| boxes[n + 1..].iter().find(|(_, of_b)| lie_apart(of_a, of_b)).map(|(b, _)| [*a, *b]))
+}
+
 /// How well two scans lie on each other.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Report {
@@ -184,7 +207,8 @@ fn by_surfaces(opened: &Opened, numbers: [usize; 2], order: &Order, progress: &P
         }
     }
     let pair = Pair { moving: &clouds[0], fixed: &clouds[1], parts: &order.parts };
-    let found = anywhere::from(&pair, order.start, progress)?;
+    let middle_mm = opened.volumes[numbers[0]].grid().corners_mm().into_iter().sum::<DVec3>() / 8.0;
+    let found = anywhere::from(&pair, order.start.and_then(|start| rigid(&start, middle_mm)), progress)?;
     if found.fit.matched() == 0.0 {
         return Err(RegisterError::Apart);
     }
@@ -192,6 +216,17 @@ fn by_surfaces(opened: &Opened, numbers: [usize; 2], order: &Order, progress: &P
     let voxel_mm = clouds[0].voxel_mm.max(clouds[1].voxel_mm);
     let report = report(&found, &covariance, voxel_mm, order.freedom);
     Ok(Registered { registration: Registration { transform: found.fit.pose, residual_mm: None, covariance: Some(covariance) }, report })
+}
+
+/// Digits double with each step: a matrix that is stretched a millionfold is orthogonal after so many.
+const POLAR_STEPS: usize = 30;
+
+/// The rigid motion nearest to `start` that moves the point `middle_mm` alike, as surfaces keep their sizes; none where `start` mirrors. By
+/// Newton's iteration for the polar decomposition (Higham 1986, SIAM J. Sci. Stat. Comput. 7, 1160–1174).
+fn rigid(start: &DAffine3, middle_mm: DVec3) -> Option<DAffine3> {
+    let turns = start.matrix3.determinant() > 0.0;
+    let turn = (0..POLAR_STEPS).fold(start.matrix3, |m, _| 0.5 * (m + m.inverse().transpose()));
+    turns.then(|| DAffine3::from_mat3_translation(turn, start.transform_point3(middle_mm) - turn * middle_mm))
 }
 
 fn report(found: &Found, covariance: &Covariance, voxel_mm: f64, freedom: Freedom) -> Report {

@@ -12,9 +12,10 @@ use super::picture::painter::Painter;
 use super::picture::view::View;
 use super::recovery::{Kept, Recovery};
 use super::remembered::Remembered;
-use bregma_session::save::SaveError;
+use bregma_session::register::apart;
 use bregma_session::{Compare, Kind, Measurement, Opened, Origin, Source};
 use egui::{Context, Id, Modal};
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 /// What is done with the files that a person chose.
@@ -111,7 +112,7 @@ impl Bench {
     }
 
     /// Asks where to save, then has it written there and says so.
-    pub fn save(&mut self, ctx: &Context, ask: Ask, write: impl FnOnce(&Self, &Path) -> Result<(), SaveError> + 'static) {
+    pub fn save<E: Display>(&mut self, ctx: &Context, ask: Ask, write: impl FnOnce(&Self, &Path) -> Result<(), E> + 'static) {
         self.ask(ctx, ask, |bench, _, files| match write(bench, &files[0]) {
             Ok(()) => bench.messages.note(format!("Saved {}", files[0].display())),
             Err(error) => bench.messages.error(error.to_string()),
@@ -123,8 +124,8 @@ impl Bench {
         let is_registration = |source: &Source| !self.is_empty() && Kind::of(source) == Kind::Registration;
         let (registrations, others): (Vec<_>, Vec<_>) = sources(paths).into_iter().partition(is_registration);
         for registration in registrations {
-            match self.work.opened.register(&registration.file) {
-                Ok(n) => self.messages.note(format!("{} was moved as {} says", self.work.opened.volumes[n].name(), registration.name())),
+            match self.work.move_by(&registration.file) {
+                Ok(scan) => self.messages.note(format!("{scan} was moved as {} says", registration.name())),
                 Err(error) => self.messages.error(error.to_string()),
             }
         }
@@ -203,6 +204,7 @@ impl Bench {
         if loading.adds && !self.is_empty() {
             self.work.measured.landmarks.append(&mut opened.landmarks);
             self.work.opened.add(opened);
+            self.tell_apart();
             return;
         }
         if opened.volumes.is_empty() {
@@ -214,8 +216,11 @@ impl Bench {
         if !opened.from_session && opened.volumes.len() == 2 && ctx.content_rect().width() > WIDE {
             opened.compare = Compare::SideBySide;
         }
-        let measured = Measured::of(&mut opened);
+        let (measured, is_new) = (Measured::of(&mut opened), !opened.from_session);
         self.work = Work { opened, measured };
+        if is_new {
+            self.tell_apart();
+        }
         self.view.forget_first_point();
         self.document = Document::new(loading.session, &self.work);
         if let Some(kept) = loading.recovered {
@@ -225,6 +230,14 @@ impl Bench {
             self.recovery.go_on_from(kept);
         }
         self.is_coarse = loading.then_finer;
+    }
+
+    /// Says where scans lie so far apart that they cannot be compared.
+    fn tell_apart(&mut self) {
+        if let Some([a, b]) = apart(&self.work.opened).map(|pair| pair.map(|n| self.work.opened.volumes[n].name())) {
+            let text = format!("{a} and {b} lie apart from each other: Measure › Register scans… brings them together.");
+            self.messages.note(text);
+        }
     }
 
     /// Puts finer scans in the places of the coarse ones, now and wherever undo leads.

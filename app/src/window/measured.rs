@@ -1,13 +1,13 @@
 //! What the person measures: named rays, and landmarks on the surface; and the tool that a click is.
 
-use bregma_field::WorldPoint;
-use bregma_field::{crossings, interpolant};
+use bregma_field::{Registration, WorldPoint, crossings, interpolant};
 use bregma_measure::mesh::onto_surface;
 use bregma_measure::thickness::across;
 use bregma_measure::{DifferenceRay, Edge};
 use bregma_renderer::{Color, Ray, Scene, Surface};
-use bregma_session::{Landmark, Measurement, Opened, Origin, same_scans};
-use glam::DVec3;
+use bregma_session::{InputError, Landmark, Measurement, Opened, Origin, same_scans};
+use glam::{DAffine3, DVec3};
+use std::path::Path;
 
 /// A difference ray with its name.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,6 +55,24 @@ impl Work {
         let (a, b) = (&self.opened, &other.opened);
         let same_scene = || Scene { camera: a.scene.camera, ..b.scene.clone() } == a.scene;
         same_scans(&a.volumes, &b.volumes) && same_scene() && self.measured.same(&other.measured)
+    }
+
+    /// Puts a scan where a registration has it, and with it the landmarks that are its own.
+    pub fn place(&mut self, n: usize, registration: Registration) {
+        let layer = &mut self.opened.scene.layers[n];
+        let motion = registration.transform * layer.transform.inverse();
+        let Registration { transform, residual_mm, covariance } = registration;
+        (layer.transform, layer.residual_mm, layer.covariance) = (transform, residual_mm, covariance);
+        self.measured.move_landmarks(self.opened.volumes[n].name(), &motion);
+    }
+
+    /// Puts a scan where a file of a registration has it, and gives its name.
+    pub fn move_by(&mut self, file: &Path) -> Result<String, InputError> {
+        let before: Vec<DAffine3> = self.opened.scene.layers.iter().map(|layer| layer.transform).collect();
+        let n = self.opened.register(file)?;
+        let name = self.opened.volumes[n].name().to_owned();
+        self.measured.move_landmarks(&name, &(self.opened.scene.layers[n].transform * before[n].inverse()));
+        Ok(name)
     }
 
     /// What was measured, with what it was measured on, where that is given; `rays` are what its rays found.
@@ -117,6 +135,12 @@ impl Measured {
             false
         });
         measured
+    }
+
+    /// Moves the landmarks of a scan.
+    pub fn move_landmarks(&mut self, scan: &str, motion: &DAffine3) {
+        let own = self.landmarks.iter_mut().filter(|l| l.scan.as_deref() == Some(scan));
+        own.filter_map(|l| l.point_mm.as_mut()).for_each(|point| *point = motion.transform_point3(*point));
     }
 
     /// The selected ray.

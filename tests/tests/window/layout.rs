@@ -81,11 +81,22 @@ const LONG: [&str; 2] = [
 ];
 
 /// What is open one after the other.
-const STEPS: [Step; 9] = [
+const STEPS: [Step; 11] = [
     ("rays", |window| open_side(window, "Results")),
     ("who is inside where", |window| window.get_by_label("Who is inside where").click_accesskit()),
     ("landmarks", |window| window.get_by_label_contains("Landmarks (").click()),
     ("thickness", |window| window.get_by_label("Thickness").click()),
+    ("register by landmarks", |window| {
+        window.get_by_label("Register").click();
+        window.run_steps(4);
+        window.get_by_role_and_label(Role::RadioButton, "By landmarks").click();
+    }),
+    ("registered", |window| {
+        window.get_by_role_and_label(Role::RadioButton, "By surfaces").click();
+        window.run_steps(4);
+        window.get_by_label("Fit").click();
+        wait_for(window, "Back to where it was");
+    }),
     ("scans", |window| {
         close_drawers(window);
         open_side(window, "Scans");

@@ -13,6 +13,7 @@ mod layout;
 mod looking;
 mod measuring;
 mod opening;
+mod registering;
 mod sheet;
 
 use bregma::window::{Start, Workstation};

@@ -1,6 +1,6 @@
 //! How sure a registration is.
 
-use glam::DVec3;
+use glam::{DAffine3, DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 
 /// How sure a pose is: the covariance of the small motion that would put it right, a turn about `centre_mm` (rotation vector, rad) and then a
@@ -20,6 +20,9 @@ pub struct Covariance {
 /// What an undetermined motion moves by less than this part of what it moves elsewhere, it does not move: rounding, and the curvature of its path.
 const STILL: f64 = 1e-3;
 
+/// A motion whose axes are of length 1 and at right angles to this is rigid: files state matrices to six digits or more.
+const RIGID: f64 = 1e-5;
+
 impl Covariance {
     /// The variance of the sum of all aᵢ·vᵢ, mm², where vᵢ is how far the motion moves a point xᵢ: given Σaᵢ and Σxᵢ×aᵢ. Infinite where an
     /// undetermined motion moves them.
@@ -37,6 +40,30 @@ impl Covariance {
     /// The variance of where the point x is along the unit vector `along`, mm².
     pub fn variance_at(&self, point_mm: DVec3, along: DVec3) -> f64 {
         self.variance(along, point_mm.cross(along))
+    }
+
+    /// The same where all of that world is moved by `motion`; none where that is not rigid, as a turn would then be none any more.
+    pub fn moved(&self, motion: &DAffine3) -> Option<Self> {
+        let turn = motion.matrix3;
+        let off = turn.transpose() * turn - DMat3::IDENTITY;
+        if off.to_cols_array().iter().any(|v| v.abs() > RIGID) {
+            return None;
+        }
+        // A mirror image turns a turn's axis, and then the turn itself.
+        let parts = [turn * turn.determinant(), turn];
+        let row = |n: usize| parts[n / 3].row(n % 3);
+        let mut matrix = [[0.0; 6]; 6];
+        for i in 0..6 {
+            for j in 0..=i {
+                let (a, b) = (row(i), row(j));
+                let pair = |m: usize, n: usize| a[m] * self.matrix[i / 3 * 3 + m][j / 3 * 3 + n] * b[n];
+                matrix[i][j] = (0..3).map(|m| (0..3).map(|n| pair(m, n)).sum::<f64>()).sum();
+                matrix[j][i] = matrix[i][j];
+            }
+        }
+        let moved = |v: &[f64; 6]| std::array::from_fn(|n| row(n).dot(DVec3::from_slice(&v[n / 3 * 3..n / 3 * 3 + 3])));
+        let undetermined = self.undetermined.iter().map(moved).collect();
+        Some(Self { centre_mm: motion.transform_point3(self.centre_mm), matrix, undetermined })
     }
 
     /// All numbers are some, and no direction has a negative variance.
@@ -64,6 +91,35 @@ mod tests {
         assert!(at(DVec3::new(1e3, 0.0, 300.0), DVec3::Y) < 1e-12);
         // Both ends of a length that are moved alike are not moved against each other.
         assert!(c.variance(DVec3::ZERO, DVec3::ZERO) < 1e-24);
+    }
+
+    #[test]
+    fn it_goes_along_with_the_world_that_it_is_in() {
+        // Fails if the centre, a block of the matrix or what nothing held stays behind, also in a mirror image; or if a stretched world gets one.
+        let mut matrix = [[0.0; 6]; 6];
+        for i in 0..6 {
+            for j in 0..6 {
+                matrix[i][j] =
+                    (0..6).map(|n| (((i * 7 + n * 3) % 5) as f64 - 2.0) * (((j * 7 + n * 3) % 5) as f64 - 2.0)).sum::<f64>() * 1e-3;
+            }
+        }
+        let c = Covariance { centre_mm: DVec3::new(10.0, -20.0, 30.0), matrix, undetermined: vec![] };
+        let held = Covariance { matrix: [[0.0; 6]; 6], undetermined: vec![[0.0, 0.0, 0.01, 0.0, 0.0, 0.0]], ..c.clone() };
+        let turn = DMat3::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), 0.9);
+        for linear in [turn, turn * DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0))] {
+            let motion = DAffine3::from_mat3_translation(linear, DVec3::new(5.0, 6.0, -70.0));
+            let (moved, held_moved) = (c.moved(&motion).unwrap(), held.moved(&motion).unwrap());
+            assert!(moved.is_sound());
+            for (point, along) in [(DVec3::new(80.0, 3.0, -9.0), DVec3::X), (DVec3::new(-7.0, 60.0, 55.0), DVec3::new(0.6, 0.0, 0.8))] {
+                let (there, to) = (motion.transform_point3(point), linear * along);
+                let [before, after] = [c.variance_at(point, along), moved.variance_at(there, to)];
+                assert!(before > 0.0 && (before - after).abs() < 1e-12 * before.max(1.0), "{before} {after}");
+                assert_eq!(held.variance_at(point, along), held_moved.variance_at(there, to));
+            }
+            // Along its axis a turn moves nothing.
+            assert_eq!(held_moved.variance_at(motion.transform_point3(DVec3::new(80.0, 3.0, -9.0)), linear * DVec3::Z), 0.0);
+        }
+        assert_eq!(c.moved(&DAffine3::from_scale(DVec3::new(1.0, 1.0, 1.1))), None);
     }
 
     #[test]

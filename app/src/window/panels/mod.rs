@@ -8,6 +8,8 @@ mod landmarks;
 mod look;
 mod ray_form;
 mod rays;
+mod register;
+mod registered;
 mod scan;
 mod scans;
 mod shells;
@@ -25,6 +27,7 @@ use bregma_session::thickness::Coat;
 use chart::ChartPanel;
 use egui::{Key, Modifiers, Rect, ScrollArea, Ui};
 use ray_form::RayForm;
+use register::RegisterPanel;
 use scan::ScanPanel;
 use std::sync::Arc;
 use thickness::ThicknessPanel;
@@ -43,6 +46,7 @@ pub struct Panels {
     pub chart: ChartPanel,
     /// The map of thickness.
     pub thickness: ThicknessPanel,
+    register: RegisterPanel,
     /// What is known of one scan.
     scan: ScanPanel,
 }
@@ -54,6 +58,7 @@ enum Tab {
     Rays,
     Landmarks,
     Thickness,
+    Register,
 }
 
 /// A command of the window.
@@ -82,7 +87,7 @@ struct Panel {
     /// Its entries of the menus; in each menu they follow those of the panels before it.
     commands: &'static [Command],
     /// Takes what its thread brought. `Err` is a sentence for the person.
-    poll: fn(&mut Panels, &Bench) -> Result<(), String>,
+    poll: fn(&mut Panels, &mut Bench) -> Result<(), String>,
     /// Shows it, where it is open.
     show: fn(&mut Panels, &mut Bench, &mut Ui),
     /// How many things it lists.
@@ -97,7 +102,7 @@ const PLAIN: Panel =
 
 const NONE: Modifiers = Modifiers::NONE;
 
-const PANELS: [Panel; 8] = [
+const PANELS: [Panel; 9] = [
     Panel {
         place: Place::Left,
         show: |p, bench, ui| {
@@ -144,6 +149,14 @@ const PANELS: [Panel; 8] = [
         poll: |p, _| p.thickness.poll(),
         show: |p, bench, ui| p.thickness.show(ui, bench),
         painting: |p, work| p.thickness.painting(work),
+        ..PLAIN
+    },
+    Panel {
+        place: Place::Right(Tab::Register, "Register"),
+        commands: &[Command::new(Menu::Measure, "Register scans…", &[], |p, _, _| p.open(Tab::Register))
+            .when(|_, b| if b.work.opened.volumes.len() < 2 { Err("Two scans are needed") } else { Ok(()) })],
+        poll: |p, bench| p.register.poll(&mut bench.work),
+        show: |p, bench, ui| p.register.show(ui, bench),
         ..PLAIN
     },
     Panel {
@@ -218,7 +231,7 @@ impl Panels {
     }
 
     fn right(&mut self, ui: &mut Ui, bench: &mut Bench) {
-        ui.horizontal(|ui| {
+        ui.horizontal_wrapped(|ui| {
             for panel in &PANELS {
                 let Place::Right(tab, title) = panel.place else { continue };
                 let count = (panel.count)(bench);

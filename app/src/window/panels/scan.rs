@@ -232,9 +232,7 @@ const MOST_LETTERS: usize = 120;
 /// Puts a scan where `correction` has it, and with it the landmarks that are its own.
 fn correct(work: &mut Work, n: usize, correction: Correction) -> Result<(), bregma_field::GridError> {
     let moved = work.opened.correct(n, correction)?;
-    let name = work.opened.volumes[n].name();
-    let own = work.measured.landmarks.iter_mut().filter(|l| l.scan.as_deref() == Some(name));
-    own.filter_map(|l| l.point_mm.as_mut()).for_each(|point| *point = moved.transform_point3(*point));
+    work.measured.move_landmarks(work.opened.volumes[n].name(), &moved);
     Ok(())
 }
 
