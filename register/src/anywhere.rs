@@ -16,7 +16,7 @@ use rayon::prelude::*;
 pub struct Found {
     /// The best.
     pub fit: Fit,
-    /// How much of the surfaces agrees, see [`Search::agreement`]; 1.5 at most.
+    /// How much of the surfaces lies on the other and faces as it does, the part that agrees more and half of the other's: 1.5 at most.
     pub agreement: f64,
     /// The same of the best of the other poses, and how far that is turned against the best, degrees; none where nothing was searched.
     pub runner_up: Option<(f64, f64)>,

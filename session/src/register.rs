@@ -336,6 +336,36 @@ pub struct Again {
 struct Recorded {
     method: Order,
     made_by: Origin,
+    report: RecordedReport,
+}
+
+/// What of a report a registration is made again from.
+#[derive(Deserialize)]
+struct RecordedReport {
+    #[serde(default)]
+    landmarks: Vec<RecordedPair>,
+}
+
+#[derive(Deserialize)]
+struct RecordedPair {
+    name: String,
+    moving_mm: DVec3,
+    fixed_mm: DVec3,
+}
+
+impl Recorded {
+    /// The scans and landmarks as they were, each scan in its own world.
+    fn open(&self, folder: &Path) -> Result<Opened, RegisterError> {
+        let mut opened = open_again(&self.made_by, folder)?;
+        opened.scene.layers.iter_mut().zip(&self.made_by.scans).for_each(|(layer, scan)| layer.iso = scan.layer.iso);
+        let names = [0, 1].map(|n: usize| opened.volumes.get(n).map(|v| v.name().to_owned()));
+        for pair in &self.report.landmarks {
+            for (point, scan) in [pair.moving_mm, pair.fixed_mm].into_iter().zip(&names) {
+                opened.landmarks.push(Landmark { scan: scan.clone(), ..Landmark::at(pair.name.clone(), point) });
+            }
+        }
+        Ok(opened)
+    }
 }
 
 /// Poses are the same to this, mm: the last digits depend on how a compiler orders sums, and a search rests within a thousandth of a voxel.
@@ -352,7 +382,7 @@ pub fn again(file: &Path, progress: &Progress) -> Result<(Vec<Again>, Vec<String
             unknown.push(what);
             continue;
         };
-        let opened = open_again(&recorded.made_by, file.parent().unwrap_or(Path::new("")))?;
+        let opened = recorded.open(file.parent().unwrap_or(Path::new("")))?;
         let now = register(&opened, [0, 1], &recorded.method, progress)?.registration.transform;
         let name = format!("{}#{what}", file.display());
         let was = bregma_field::read_transform(Path::new(&name), "", &[])?.transform;

@@ -627,6 +627,57 @@ fn a_transform_moves_the_volume_before_it() {
 }
 
 #[test]
+fn a_registration_is_made_kept_and_made_again() {
+    // Fails if a pose is written the wrong way round, its record does not hold what it was made of (isovalue, landmarks, start, parts), or a scan, or a
+    // pose that is another now passes for the one that was.
+    let d = folder("register");
+    ok(&d, "demo --size 48 --out pair");
+    let marks = |name: &str, off: f64| {
+        let at = [[30.0, 0.0, 0.0], [-30.0, 5.0, 0.0], [0.0, 60.0, 9.0], [0.0, -50.0, 40.0]];
+        let row = |(n, [x, y, z]): (usize, [f64; 3])| format!("p{n},{},{},{}\n", x + off, y, z);
+        let rows: String = at.into_iter().enumerate().map(row).collect();
+        std::fs::write(d.join(name), format!("name,x_mm,y_mm,z_mm\n{rows}")).unwrap();
+    };
+    marks("a.csv", 0.0);
+    marks("b.csv", 7.0);
+    // B moved by (5, 0, 0) mm, from where it is looked for.
+    std::fs::write(d.join("off.json"), "[[1,0,0,5],[0,1,0,0],[0,0,1,0],[0,0,0,1]]").unwrap();
+    let said = stdout(&ok(&d, "register pair/b.nrrd --transform off.json pair/a.nrrd --iso 300 --but 0,-80,-110,30 --out s.json"));
+    assert!(said.contains("% have partners") && said.contains("s.json"), "{said}");
+    let said = stdout(&ok(&d, "register pair/b.nrrd pair/a.nrrd --landmarks b.csv a.csv --by landmarks --leave-out p3 --out l.json"));
+    assert!(said.contains("residual  0.0000 mm") && said.contains("left out"), "{said}");
+    ok(&d, "register pair/b.nrrd pair/a.nrrd --landmarks b.csv a.csv --by landmarks --out l.tfm");
+    assert_eq!(stdout(&ok(&d, "verify s.json l.json")), "2 of 2 registrations hold\n");
+    let pair = |name: &str| {
+        let read: Value = serde_json::from_str(&std::fs::read_to_string(d.join(name)).unwrap()).unwrap();
+        read["pairs"]["b.nrrd->a.nrrd"].clone()
+    };
+    assert!((pair("l.json")["t"][0].as_f64().unwrap() + 7.0).abs() < 1e-9, "{}", pair("l.json")["t"]);
+    let of_surfaces = pair("s.json");
+    assert!(of_surfaces["t"][0].as_f64().unwrap().abs() < 0.2 && of_surfaces["covariance"]["matrix"].is_array(), "{}", of_surfaces["t"]);
+    // The same motion in both forms: the line of B that is moved meets what it met.
+    let cast = |transform: &str| {
+        stdout(&ok(&d, &format!("probe pair/b.nrrd --transform {transform} pair/a.nrrd --origin 0,-200,20 --direction 0,1,0 --format csv")))
+    };
+    let lengths = |text: &str| column(&rows(text), "length_mm");
+    assert_eq!(lengths(&cast("l.json")), lengths(&cast("l.tfm")));
+    let mut moved: Value = serde_json::from_str(&std::fs::read_to_string(d.join("s.json")).unwrap()).unwrap();
+    moved["pairs"]["b.nrrd->a.nrrd"]["t"][2] = 1.0.into();
+    std::fs::write(d.join("moved.json"), moved.to_string()).unwrap();
+    fails(&d, "verify moved.json", &["1 of 1 registrations do not hold"]);
+    fails(&d, "register pair/b.nrrd pair/a.nrrd --iso 99999 --out n.json", &["b.nrrd", "no", "isovalue"]);
+    fails(
+        &d,
+        "register pair/b.nrrd pair/a.nrrd --landmarks b.csv a.csv --by landmarks --leave-out p3 --leave-out p2 --out n.json",
+        &["2 landmarks"],
+    );
+    for wrong in ["register pair/b.nrrd pair/a.nrrd --out n.mat", "register pair/b.nrrd pair/a.nrrd --by landmarks --out n.json"] {
+        assert_eq!(bregma(&d, wrong).status.code(), Some(2), "{wrong}");
+    }
+    assert!(!d.join("n.json").exists());
+}
+
+#[test]
 fn bench_reports_what_is_agreed() {
     let d = folder("bench");
     nrrd(&d.join("ball.nrrd"), CUBE, &ball());
