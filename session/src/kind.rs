@@ -1,6 +1,7 @@
 //! What a file that a person names is.
 
 use crate::source::Source;
+use serde_json::Value;
 use std::path::Path;
 
 /// What a file that a person names is.
@@ -52,12 +53,13 @@ fn text(file: &Path) -> Option<String> {
 
 /// What begins no registration and no list of landmarks is taken for a session, which says what is wrong with it.
 fn of_json(file: &Path) -> Kind {
-    let json: Option<serde_json::Value> = text(file).and_then(|text| serde_json::from_str(&text).ok());
+    let json: Option<Value> = text(file).and_then(|text| serde_json::from_str(&text).ok());
     match json {
-        Some(serde_json::Value::Array(_)) => Kind::Registration,
+        Some(Value::Array(_)) => Kind::Registration,
         Some(json) if json.get("bregma_session").is_some() => Kind::Session,
         Some(json) if json.get("markups").is_some() => Kind::Landmarks,
-        Some(json) if json.get("pairs").is_some() || json.get("R").is_some() => Kind::Registration,
+        // What a ray measured has pairs, too, in a list.
+        Some(json) if json.get("pairs").is_some_and(Value::is_object) || json.get("R").is_some() => Kind::Registration,
         _ => Kind::Session,
     }
 }

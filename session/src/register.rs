@@ -307,7 +307,7 @@ pub fn write(
     registered: &Registered,
 ) -> Result<(), RegisterError> {
     let names = [moving, fixed].map(|n| opened.volumes[n].name());
-    Ok(write_transform(file, names, &registered.registration, record(opened, [moving, fixed], order, registered))?)
+    Ok(write_transform(file, Some(names), &registered.registration, record(opened, [moving, fixed], order, registered))?)
 }
 
 fn record(opened: &Opened, numbers: [usize; 2], order: &Order, registered: &Registered) -> Map<String, Value> {
@@ -377,6 +377,9 @@ pub fn again(file: &Path, progress: &Progress) -> Result<(Vec<Again>, Vec<String
     let value: Value = serde_json::from_str(&text).unwrap_or_default();
     let (mut found, mut unknown) = (vec![], vec![]);
     let pairs = value.get("pairs").and_then(Value::as_object).cloned().unwrap_or_default();
+    if pairs.is_empty() {
+        unknown.push("it".to_owned());
+    }
     for (what, pair) in pairs {
         let Ok(recorded) = Recorded::deserialize(&pair) else {
             unknown.push(what);

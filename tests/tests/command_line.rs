@@ -678,6 +678,29 @@ fn a_registration_is_made_kept_and_made_again() {
 }
 
 #[test]
+fn a_skull_is_held_by_its_points_and_by_its_symmetry() {
+    // Fails if the pose that is written does not hold the skull level, or what is missing for it is not named.
+    let d = folder("orient");
+    ok(&d, "demo --size 48 --out pair");
+    let points = "name,x_mm,y_mm,z_mm\nporion left,60,3,-20\nporion right,-60,-3,-20\norbitale left,31,-75,-20\norbitale right,-31,-78,-18\nnasion,0,-90,5\nbasion,0,10,-40\nbregma,0,-10,80\n";
+    std::fs::write(d.join("points.csv"), points).unwrap();
+    let said = stdout(&ok(&d, "orient pair/a.nrrd points.csv --out level.json"));
+    assert!(said.contains("Frankfurt  sure to") && said.contains("orbitale   the right one lies 2.00 mm above the plane"), "{said}");
+    let level: Value = serde_json::from_str(&std::fs::read_to_string(d.join("level.json")).unwrap()).unwrap();
+    let turn = 3.0_f64.atan2(60.0);
+    assert!(
+        (level["R"][0][0].as_f64().unwrap() - turn.cos()).abs() < 1e-9 && (level["R"][2][2].as_f64().unwrap() - 1.0).abs() < 1e-9,
+        "{level}"
+    );
+    ok(&d, "render pair/a.nrrd --transform level.json --size 32x32 --out level.png");
+    let said = stdout(&ok(&d, "orient pair/a.nrrd points.csv --by symmetry --out upright.tfm"));
+    assert!(said.contains("symmetry   normal (1.0000, ") && said.contains("midline    its points' plane is turned by 0.0"), "{said}");
+    std::fs::write(d.join("points.csv"), points.replace("orbitale left", "orbitale")).unwrap();
+    fails(&d, "orient pair/a.nrrd points.csv --out n.json", &["set orbitale left"]);
+    assert_eq!(bregma(&d, "orient pair/a.nrrd pair/b.nrrd --out n.json").status.code(), Some(2));
+}
+
+#[test]
 fn bench_reports_what_is_agreed() {
     let d = folder("bench");
     nrrd(&d.join("ball.nrrd"), CUBE, &ball());

@@ -85,6 +85,11 @@ pub enum Command {
         after_help = "The first scan is moved onto the second. The name of OUT says the form: .json (with how sure it is, and what it was made from, for `bregma verify`), .tfm or .txt (ITK, 3D Slicer).\n\nExamples:\n  bregma register a.nii.gz b.nii.gz --out a-to-b.json\n  bregma register a.nii.gz b.nii.gz --landmarks a.mrk.json b.mrk.json --by landmarks --out a-to-b.tfm\n  bregma register a.nrrd b.nrrd --only 0,-80,40,60 --out face.json"
     )]
     Register(Box<RegisterArgs>),
+    /// Hold one scan in the Frankfurt horizontal, or about its plane of symmetry
+    #[command(
+        after_help = "Landmarks stand among the files. Frankfurt's plane goes through porion left, porion right and orbitale left; the right orbitale is told. The plane of symmetry is that about which the surface is most like its mirror image; where points of the midline are named, the angle to their plane is told.\n\nExamples:\n  bregma orient skull.nrrd skull.mrk.json --out level.json\n  bregma orient skull.nrrd --by symmetry --out upright.json\n  bregma render skull.nrrd --transform level.json --out skull.png"
+    )]
+    Orient(OrientArgs),
     /// Failure rates of every solver over the hard families: stability.csv, stability.md
     #[command(after_help = "Example:\n  bregma stability --out stability")]
     Stability(StabilityArgs),
@@ -292,6 +297,35 @@ pub struct RegisterArgs {
     /// Look for the pose of surfaces anywhere, not first where the files put the scans
     #[arg(long)]
     pub anywhere: bool,
+}
+
+/// By what a scan is held.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum OrientBy {
+    /// Both poria and the left orbitale
+    Frankfurt,
+    /// The surface and its mirror image
+    Symmetry,
+}
+
+/// `bregma orient`.
+#[derive(Debug, Args)]
+pub struct OrientArgs {
+    /// The scan, and its landmarks.
+    #[command(flatten)]
+    pub sources: Sources<1>,
+    /// Isovalues.
+    #[command(flatten)]
+    pub isovalues: Isovalues,
+    /// The pose, as a registration
+    #[arg(long, value_name = "OUT")]
+    pub out: PathBuf,
+    /// By what
+    #[arg(long, value_enum, default_value = "frankfurt")]
+    pub by: OrientBy,
+    /// Standard deviation of each coordinate of a landmark, mm, for the ± of the turns
+    #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = positive)]
+    pub pick_error: f64,
 }
 
 /// `bregma thickness`.

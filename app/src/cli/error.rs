@@ -1,7 +1,8 @@
 //! Why a command did not do its work.
 
-use bregma_field::GridError;
 use bregma_field::formats::WriteError;
+use bregma_field::{GridError, TransformError};
+use bregma_register::orient::OrientError;
 use bregma_renderer::RenderError;
 use bregma_renderer::stability::StabilityError;
 use bregma_session::InputError;
@@ -72,6 +73,12 @@ pub enum CommandError {
     /// A registration.
     #[error(transparent)]
     Register(#[from] RegisterError),
+    /// A scan that cannot be held so.
+    #[error(transparent)]
+    Orient(#[from] OrientError),
+    /// A registration that cannot be written.
+    #[error(transparent)]
+    Transform(#[from] TransformError),
     /// A file of measurements that cannot be used.
     #[error(transparent)]
     Record(#[from] RecordError),

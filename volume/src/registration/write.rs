@@ -27,17 +27,20 @@ impl TransformForm {
     }
 }
 
-/// Writes the registration that moves the first of two scans of these names onto the second, in the form that the ending of its name asks for.
-/// `record` is what JSON says besides.
+/// Writes the registration that moves the first of two scans of these names onto the second, or that of one scan alone, in the form that the
+/// ending of its name asks for. `record` is what JSON says besides.
 pub fn write_transform(
     path: &Path,
-    names: [&str; 2],
+    names: Option<[&str; 2]>,
     registration: &Registration,
     record: Map<String, Value>,
 ) -> Result<(), TransformError> {
     let fail = |reason: String| TransformError { file: path.display().to_string(), reason };
     let text = match TransformForm::of(path) {
-        Some(TransformForm::Json) => format!("{:#}\n", json!({ "pairs": { names.join("->"): object(registration, record) } })),
+        Some(TransformForm::Json) => {
+            let object = Value::Object(object(registration, record));
+            format!("{:#}\n", names.map_or(object.clone(), |names| json!({ "pairs": { names.join("->"): object } })))
+        }
         Some(TransformForm::Itk) => itk(&registration.transform.inverse()),
         None => return Err(fail("has an ending that no registration has; use .json, .tfm or .txt".into())),
     };
@@ -79,18 +82,18 @@ mod tests {
         let transform = DAffine3::from_mat3_translation(matrix, DVec3::new(1e3, -0.1, 1.0 / 3.0));
         let covariance = Covariance { centre_mm: DVec3::Y, matrix: [[1.0 / 7.0; 6]; 6], undetermined: vec![[0.5; 6]] };
         let written = Registration { transform, residual_mm: Some(0.1 + 0.2), covariance: Some(covariance) };
-        for name in ["a.json", "a.tfm", "a.txt"] {
+        for (name, names) in [("a.json", Some(["a", "b"])), ("alone.json", None), ("a.tfm", None), ("a.txt", Some(["a", "b"]))] {
             let path = std::env::temp_dir().join(format!("bregma-registration-{}-{name}", std::process::id()));
-            write_transform(&path, ["a", "b"], &written, Map::new()).unwrap();
+            write_transform(&path, names, &written, Map::new()).unwrap();
             let read = read_transform(&path, "a", &["b"]).unwrap();
             std::fs::remove_file(&path).unwrap();
-            if name == "a.json" {
+            if name.ends_with(".json") {
                 assert_eq!(read, written);
             } else {
                 assert!(read.transform.abs_diff_eq(transform, 1e-12), "{name}: {read:?}");
             }
         }
-        let error = write_transform(Path::new("a.mat"), ["a", "b"], &written, Map::new()).unwrap_err().to_string();
+        let error = write_transform(Path::new("a.mat"), None, &written, Map::new()).unwrap_err().to_string();
         assert!(error.contains("a.mat") && error.contains(".tfm"), "{error}");
     }
 }
