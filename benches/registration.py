@@ -231,8 +231,14 @@ def chart(path, results):
         axes.scatter(seconds, off, s=60 if name == "Bregma" else 30, color="#b8326f" if name == "Bregma" else "#33709c")
         axes.annotate(name, (seconds, off), textcoords="offset points", xytext=(6, 4), fontsize=9)
     axes.set(xscale="log", yscale="log", xlabel="seconds of the processor", ylabel="mean error at 45 landmarks, mm")
+    # Names stand to the right of their points.
+    left, right = axes.get_xlim()
+    axes.set_xlim(left, right * 8)
     axes.axhline(0.141, color="0.7", lw=0.8)
-    axes.annotate("a voxel", (axes.get_xlim()[0], 0.141), fontsize=8, color="0.5", xytext=(2, 3), textcoords="offset points")
+    axes.annotate("a voxel", (left, 0.141), fontsize=8, color="0.5", xytext=(4, 3), textcoords="offset points")
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.xaxis.set_minor_formatter("")
+    axes.yaxis.set_major_formatter("{x:g}")
     figure.tight_layout()
     figure.savefig(path, metadata={"Date": None})
 
