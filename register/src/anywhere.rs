@@ -5,7 +5,7 @@
 
 use crate::cloud::Oriented;
 use crate::coarse::Coarse;
-use crate::motion::solve;
+use crate::motion::{solve, turn_deg};
 use crate::surfaces::{Fit, Pair, row};
 use bregma_field::{Cancelled, Progress};
 use glam::{DAffine3, DQuat, DVec3};
@@ -75,7 +75,7 @@ struct Search<'a> {
 impl<'a> Search<'a> {
     fn of(pair: &'a Pair<'a>) -> Self {
         let (moving, fixed) = (Coarse::of(pair.moving), Coarse::of(pair.fixed));
-        let (middle, radius_mm) = pair.moving.extent();
+        let (middle, radius_mm) = (pair.moving.middle, pair.moving.radius_mm);
         let near_mm = 3.0 * moving.step_mm.max(fixed.step_mm);
         Self { pair, moving, fixed, middle, radius_mm, near_mm }
     }
@@ -128,10 +128,9 @@ impl<'a> Search<'a> {
     /// The two best poses of a rotation: the middles on each other, and points of one surface on points of the other.
     fn shifts(&self, turn: DQuat) -> Vec<Judged> {
         let (moving, fixed) = (&self.pair.moving.points, &self.pair.fixed.points);
-        let (fixed_middle, _) = self.pair.fixed.extent();
         let shift = |n: usize| {
             if n == 0 {
-                return Some(fixed_middle - turn * self.middle);
+                return Some(self.pair.fixed.middle - turn * self.middle);
             }
             // Points are in no order; steps by primes spread over them.
             let p = moving[(n * 7919) % moving.len()];
@@ -208,6 +207,5 @@ fn best_of(mut poses: Vec<Judged>, count: usize) -> Vec<Judged> {
 }
 
 fn turn_between_deg(a: &DAffine3, b: &DAffine3) -> f64 {
-    let between = a.matrix3 * b.matrix3.transpose();
-    ((between.x_axis.x + between.y_axis.y + between.z_axis.z - 1.0) / 2.0).clamp(-1.0, 1.0).acos().to_degrees()
+    turn_deg(a.matrix3 * b.matrix3.transpose())
 }

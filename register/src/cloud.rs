@@ -24,6 +24,12 @@ impl Oriented {
     }
 }
 
+/// Points of a surface: more do not bring a pose nearer.
+pub const POINTS: usize = 60_000;
+
+/// Fewer points are no surface but noise.
+pub const LEAST_POINTS: usize = 100;
+
 /// A surface as points that lie evenly on it, in random order.
 #[derive(Debug)]
 pub struct Cloud<'a> {
@@ -33,6 +39,10 @@ pub struct Cloud<'a> {
     pub points: Vec<Oriented>,
     /// The mean step between samples, mm.
     pub voxel_mm: f64,
+    /// The mean of its points, mm.
+    pub middle: DVec3,
+    /// Root mean square distance of its points from there, mm.
+    pub radius_mm: f64,
     tree: RTree<GeomWithData<[f64; 3], u32>>,
 }
 
@@ -57,7 +67,9 @@ impl<'a> Cloud<'a> {
         };
         let points: Vec<Oriented> = drawn.par_iter().filter_map(at).collect();
         let entries = points.iter().enumerate().map(|(n, p)| GeomWithData::new(p.point.to_array(), n as u32)).collect();
-        Ok(Self { surface, points, voxel_mm: surface.grid.spacing_mm().element_sum() / 3.0, tree: RTree::bulk_load(entries) })
+        let (middle, radius_mm) = extent(&points);
+        let voxel_mm = surface.grid.spacing_mm().element_sum() / 3.0;
+        Ok(Self { surface, points, voxel_mm, middle, radius_mm, tree: RTree::bulk_load(entries) })
     }
 
     /// The nearest point within `reach_mm` whose normal agrees with that of `of` to this cosine.
@@ -91,14 +103,14 @@ impl<'a> Cloud<'a> {
         }
         None
     }
+}
 
-    /// Root mean square distance of its points from their mean, and that mean, mm.
-    pub fn extent(&self) -> (DVec3, f64) {
-        let count = self.points.len().max(1) as f64;
-        let middle = self.points.iter().map(|p| p.point).sum::<DVec3>() / count;
-        let square = self.points.iter().map(|p| p.point.distance_squared(middle)).sum::<f64>() / count;
-        (middle, square.sqrt())
-    }
+/// The mean of points, and their root mean square distance from it, mm.
+fn extent(points: &[Oriented]) -> (DVec3, f64) {
+    let count = points.len().max(1) as f64;
+    let middle = points.iter().map(|p| p.point).sum::<DVec3>() / count;
+    let square = points.iter().map(|p| p.point.distance_squared(middle)).sum::<f64>() / count;
+    (middle, square.sqrt())
 }
 
 /// Newton's method doubles its digits with each step: from a tenth of a voxel off, five are enough; what takes more has no root near.

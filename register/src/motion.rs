@@ -1,7 +1,7 @@
 //! Small rigid motions, and the motion that brings paired points of surfaces together.
 
 use crate::symmetric::{self, Symmetric};
-use glam::{DAffine3, DQuat, DVec3};
+use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 /// A rotation (vector, rad) about a centre, then a shift (mm).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,6 +25,11 @@ impl Motion {
     pub fn reach_mm(&self, radius_mm: f64) -> f64 {
         self.turn_rad.length() * radius_mm + self.shift_mm.length()
     }
+}
+
+/// By how much a rotation turns, degrees: its trace is 1 + 2 cos.
+pub fn turn_deg(turn: DMat3) -> f64 {
+    ((turn.x_axis.x + turn.y_axis.y + turn.z_axis.z - 1.0) / 2.0).clamp(-1.0, 1.0).acos().to_degrees()
 }
 
 /// Two partners of a moving and a fixed surface: how far the moving one stands out over the other along a normal, and how that changes with

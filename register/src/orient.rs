@@ -1,7 +1,8 @@
 //! How a skull is held: in the Frankfurt horizontal by its points, and about the plane that makes it most like its own mirror image.
 
 use crate::anywhere::{self, Found};
-use crate::cloud::Cloud;
+use crate::cloud::{Cloud, LEAST_POINTS, POINTS};
+use crate::motion::turn_deg;
 use crate::part::Parts;
 use crate::surfaces::Pair;
 use crate::symmetric;
@@ -138,10 +139,6 @@ pub struct Symmetry {
     pub twist_deg: f64,
 }
 
-/// Points that are compared.
-const POINTS: usize = 60_000;
-const LEAST_POINTS: usize = 100;
-
 /// Mirrors a surface and brings the image back onto it. The plane is biased by what is really asymmetric (Cheng and Leow 2012).
 pub fn symmetry(surface: &Surface, parts: &Parts, progress: &Progress) -> Result<Symmetry, OrientError> {
     let cloud = Cloud::of(surface, POINTS, progress)?;
@@ -149,7 +146,7 @@ pub fn symmetry(surface: &Surface, parts: &Parts, progress: &Progress) -> Result
         return Err(OrientError::NoSurface);
     }
     // First mirrored about the sagittal plane through its middle.
-    let (middle, _) = cloud.extent();
+    let middle = cloud.middle;
     let flip = DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0));
     let mirror = DAffine3::from_mat3_translation(flip, middle - flip * middle);
     let image = Surface { grid: surface.grid.moved(mirror)?, ..surface.clone() };
@@ -164,10 +161,8 @@ pub fn symmetry(surface: &Surface, parts: &Parts, progress: &Progress) -> Result
     let (_, vectors) = symmetric::eigen(&rows);
     let normal = leftward(DVec3::from(vectors[0]));
     let point_mm = 0.5 * (middle + whole.transform_point3(middle));
-    let twice = whole * whole;
-    let turn = twice.matrix3;
-    let twist = ((turn.x_axis.x + turn.y_axis.y + turn.z_axis.z - 1.0) / 2.0).clamp(-1.0, 1.0).acos();
-    Ok(Symmetry { plane: Plane { point_mm, normal }, found, twist_deg: 0.5 * twist.to_degrees() })
+    let twist_deg = 0.5 * turn_deg(matrix * matrix);
+    Ok(Symmetry { plane: Plane { point_mm, normal }, found, twist_deg })
 }
 
 #[cfg(test)]

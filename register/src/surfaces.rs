@@ -85,7 +85,8 @@ const NEAR_COSINE: f64 = 0.8;
 const MOST_STEPS: usize = 60;
 
 impl Pair<'_> {
-    fn voxel_mm(&self) -> f64 {
+    /// The coarser scan's mean step between samples, mm.
+    pub fn voxel_mm(&self) -> f64 {
         self.moving.voxel_mm.max(self.fixed.voxel_mm)
     }
 
@@ -131,8 +132,8 @@ impl Pair<'_> {
 
     /// Partners in a pose, their weights, and the motion that they ask for.
     fn step(&self, pose: DAffine3, search: Search) -> Fit {
-        let (middle, radius_mm) = self.moving.extent();
-        let centre = pose.transform_point3(middle);
+        let radius_mm = self.moving.radius_mm;
+        let centre = pose.transform_point3(self.moving.middle);
         let back = pose.inverse();
         let forward = |p: &Oriented| {
             let p = p.moved(&pose);

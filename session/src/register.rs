@@ -7,7 +7,7 @@ use bregma_field::{Cancelled, Covariance, GridError, Progress, Registration, Sur
 use bregma_measure::landmarks::Landmark;
 use bregma_measure::numbers::{fixed, significant};
 use bregma_register::anywhere::{self, Found, LIKELY};
-use bregma_register::cloud::Cloud;
+use bregma_register::cloud::{Cloud, LEAST_POINTS, POINTS};
 use bregma_register::landmarks::{self, Freedom, LandmarkFitError, Paired};
 use bregma_register::surfaces::Pair;
 use bregma_register::{Parts, sureness};
@@ -149,12 +149,6 @@ pub enum RegisterError {
     Made(#[from] VerifyError),
 }
 
-/// Points of each surface: more do not bring the pose nearer.
-const POINTS: usize = 60_000;
-
-/// Fewer points are no surface but noise.
-const LEAST_POINTS: usize = 100;
-
 /// What scanning leaves between two scans of one object, in voxels: half of one.
 const ONE_OBJECT_VOXEL: f64 = 0.5;
 
@@ -213,8 +207,7 @@ fn by_surfaces(opened: &Opened, numbers: [usize; 2], order: &Order, progress: &P
         return Err(RegisterError::Apart);
     }
     let covariance = sureness::covariance(&found.fit);
-    let voxel_mm = clouds[0].voxel_mm.max(clouds[1].voxel_mm);
-    let report = report(&found, &covariance, voxel_mm, order.freedom);
+    let report = report(&found, &covariance, pair.voxel_mm(), order.freedom);
     Ok(Registered { registration: Registration { transform: found.fit.pose, residual_mm: None, covariance: Some(covariance) }, report })
 }
 

@@ -1,7 +1,7 @@
 //! The command line: what is agreed in `bregma --help`.
 
 use super::look::LookArgs;
-use super::parsers::{Background, background, ball, field_of_view, number, one_of, pair, point, positive, size, solver};
+use super::parsers::{Background, background, ball, field_of_view, number, one_of, pair, point, positive, registration_file, size, solver};
 use super::sources::Sources;
 use bregma_renderer::{Mode, Solver};
 use bregma_session::register::By;
@@ -271,7 +271,7 @@ pub struct RegisterArgs {
     #[command(flatten)]
     pub isovalues: Isovalues,
     /// The registration
-    #[arg(long, value_name = "OUT")]
+    #[arg(long, value_name = "OUT", value_parser = registration_file)]
     pub out: PathBuf,
     /// By what: points of the same names, or surfaces
     #[arg(long, value_parser = one_of::<By>(), default_value = "surfaces")]
@@ -318,7 +318,7 @@ pub struct OrientArgs {
     #[command(flatten)]
     pub isovalues: Isovalues,
     /// The pose, as a registration
-    #[arg(long, value_name = "OUT")]
+    #[arg(long, value_name = "OUT", value_parser = registration_file)]
     pub out: PathBuf,
     /// By what
     #[arg(long, value_enum, default_value = "frankfurt")]

@@ -1,11 +1,12 @@
 //! Words and numbers of the command line. An error says what was expected; clap puts the option before it.
 
 use bregma_field::formats::{RawLayoutError, Reduce, Uneven};
-use bregma_field::{Turn, TurnError};
+use bregma_field::{TransformForm, Turn, TurnError};
 use bregma_renderer::{Color, Named, Solver};
 use bregma_session::Raw;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use glam::DVec3;
+use std::path::PathBuf;
 
 /// One of some choices by its name.
 pub fn one_of<T: Named + Send + Sync>() -> impl TypedValueParser<Value = T> {
@@ -99,4 +100,10 @@ pub fn color(text: &str) -> Result<Color, String> {
 
 pub fn background(text: &str) -> Result<Background, String> {
     if text == "transparent" { Ok(Background(None)) } else { color(text).map(|c| Background(Some(c))) }
+}
+
+/// A file that a registration can be written to, by the ending of its name.
+pub fn registration_file(text: &str) -> Result<PathBuf, String> {
+    let file = PathBuf::from(text);
+    TransformForm::of(&file).map(|_| file).ok_or_else(|| "no registration has this ending; use .json, .tfm or .txt".into())
 }

@@ -4,7 +4,7 @@ use crate::cli::args::{OrientArgs, OrientBy};
 use crate::cli::error::CommandError;
 use crate::cli::opening::{open, require_spacing};
 use crate::cli::terminal::{print, with_progress};
-use bregma_field::{Registration, Surface, TransformForm, write_transform};
+use bregma_field::{Registration, Surface, write_transform};
 use bregma_measure::numbers::fixed;
 use bregma_register::Parts;
 use bregma_register::orient::{frankfurt, midsagittal, symmetry};
@@ -14,9 +14,6 @@ use serde_json::Map;
 
 /// Writes the pose that holds the scan so.
 pub fn orient(args: &OrientArgs) -> Result<(), CommandError> {
-    if TransformForm::of(&args.out).is_none() {
-        return Err(CommandError::Usage(format!("--out {}: no registration has this ending; use .json, .tfm or .txt", args.out.display())));
-    }
     let opened = open(&args.sources.0, &args.isovalues)?;
     if opened.volumes.len() != 1 {
         return Err(CommandError::Usage(format!("{} scans are named; one is held", opened.volumes.len())));

@@ -4,7 +4,6 @@ use crate::cli::args::RegisterArgs;
 use crate::cli::error::CommandError;
 use crate::cli::opening::{open, require_spacing};
 use crate::cli::terminal::{print, warn, with_progress};
-use bregma_field::TransformForm;
 use bregma_measure::numbers::fixed;
 use bregma_register::landmarks::Freedom;
 use bregma_register::{Part, Parts};
@@ -14,9 +13,6 @@ use std::path::Path;
 
 /// Moves the first scan onto the second, and writes how.
 pub fn register(args: &RegisterArgs) -> Result<(), CommandError> {
-    if TransformForm::of(&args.out).is_none() {
-        return Err(CommandError::Usage(format!("--out {}: no registration has this ending; use .json, .tfm or .txt", args.out.display())));
-    }
     let mut opened = open(&args.sources.0, &args.isovalues)?;
     if opened.volumes.len() != 2 {
         return Err(CommandError::Usage(format!("{} scans are named; a registration is of two", opened.volumes.len())));
