@@ -70,6 +70,8 @@ struct TraceParams {
     has_inner: u32,
     // Linear colour.
     color: vec3<f32>,
+    // The isovalue whose contour a slice shows, relative to the level.
+    contour: f32,
 }
 
 @group(0) @binding(TRACE_PARAMS) var<storage, read> trace_params: array<TraceParams, VOLUMES>;

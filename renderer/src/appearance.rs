@@ -24,6 +24,8 @@ pub(crate) struct Appearance {
     pub brightness: [f32; 2],
     /// Whether cuts show its values where there is no bone, too.
     pub shows_faces: bool,
+    /// The isovalue, where a slice shows its contour; relative to the level.
+    pub contour: f32,
     /// Whether more is asked of the interpolant along a ray than its values at some points.
     pub needs_cubic: bool,
     /// Linear colour of surfaces seen from within.
@@ -42,8 +44,9 @@ impl Appearance {
     /// Of layer `index`, whose own volume is `volume`, with steps of `step_mm` and a window for cuts.
     pub fn of(scene: &Scene, index: usize, surface: &Surface, volume: &Volume, step_mm: f32, window: Window) -> Self {
         let layer = &scene.layers[index];
-        let shows_faces = !surface.region.is_all() && scene.cut_face != CutFace::Bone;
-        let by_transfer = shows_faces && scene.cut_face == CutFace::Transfer;
+        let is_slice = scene.mode.gather() == Gather::Plane;
+        let shows_faces = !is_slice && !surface.region.is_all() && scene.cut_face != CutFace::Bone;
+        let by_transfer = (is_slice || shows_faces) && scene.face() == CutFace::Transfer;
         let window = if by_transfer { Window::between(volume.range()) } else { window };
         // A window without width is a threshold.
         let width_of_window = window.width.max(f64::from(f32::MIN_POSITIVE) * 1e6);
@@ -58,6 +61,7 @@ impl Appearance {
             face_colors: if by_transfer { face_colors(layer, volume) } else { vec![] },
             brightness: [slope / width_of_window, (value_at_level - window.level) / width_of_window + 0.5].map(|v| v as f32),
             shows_faces,
+            contour: relative(surface, surface.volume.sample_of(layer.iso)),
             needs_cubic: scene.integrator == Integrator::Exact || scene.mode.gather() == Gather::Crossings,
             inner: layer.inner_color.map(Color::linear),
             color: layer.color.linear(),
@@ -72,6 +76,11 @@ impl Appearance {
 /// By the definition of the unit.
 const AIR_HU: f64 = -1000.0;
 
+/// A sample against the level as the rays know it, positive inside.
+fn relative(surface: &Surface, sample: f64) -> f32 {
+    (f64::from(surface.sign) * (sample - f64::from(surface.level as f32))) as f32
+}
+
 /// How a mode that goes on behind the first surface shows a layer.
 #[derive(Default)]
 struct Shown {
@@ -84,8 +93,7 @@ struct Shown {
 impl Shown {
     fn of(scene: &Scene, index: usize, surface: &Surface, step_mm: f32) -> Self {
         let (layer, volume) = (&scene.layers[index], &surface.volume);
-        // Against the level as the rays know it.
-        let relative = |value: f64| (f64::from(surface.sign) * (volume.sample_of(value) - f64::from(surface.level as f32))) as f32;
+        let relative = |value: f64| relative(surface, volume.sample_of(value));
         let gather = scene.mode.gather();
         if gather == Gather::Crossings {
             let main = Shell { iso: layer.iso, color: layer.color, opacity: layer.opacity };

@@ -152,6 +152,17 @@ impl Camera {
         Basis { right, up: right.cross(forward), forward }
     }
 
+    /// The same view along parallel rays, that shows its target as large.
+    pub fn parallel(&self) -> Self {
+        let distance_mm = match self.projection {
+            Projection::Perspective { .. } => (self.target_mm - self.eye_mm).length(),
+            Projection::Orthographic { .. } => 1.0,
+        };
+        // An eye on its target sees nothing; at a millionth of a mm it sees as little.
+        let height_mm = 2.0 * self.half_height() * distance_mm.max(1e-6);
+        Self { projection: Projection::Orthographic { height_mm }, ..*self }
+    }
+
     /// Half the height of the picture: per mm of depth (perspective) or in mm (orthographic).
     pub(crate) fn half_height(&self) -> f64 {
         match self.projection {

@@ -7,6 +7,7 @@ use crate::modes::{Gather, Setting};
 use crate::roots::Method;
 use crate::scene::{Integrator, Scene, Window};
 use crate::skip::{MapCache, Skip};
+use crate::slice::nodes_per_pixel;
 use bregma_field::{Surface, Unit, Volume, spline};
 use glam::{DVec3, Mat3, Vec3, Vec4};
 use std::sync::Arc;
@@ -66,6 +67,8 @@ impl Placement {
 #[derive(Debug)]
 pub(crate) struct Frame {
     pub layers: Vec<FrameLayer>,
+    /// Rays along the side of a pixel: more than one where a slice's pixel is larger than a voxel.
+    pub nodes_per_pixel: u32,
     /// The pixel rays in the world, s = 0 at the eye.
     pub world_rays: PixelRays,
     /// The same, with s = 0 at the base plane.
@@ -115,12 +118,19 @@ struct Reach {
 impl Reach {
     fn of(scene: &Scene, surfaces: &[(usize, Surface)]) -> Self {
         let forward = scene.camera.basis().forward;
+        let finest_mm = surfaces.iter().map(|(_, s)| s.grid.spacing_mm().min_element()).fold(f64::INFINITY, f64::min);
+        let finest_mm = Some(finest_mm).filter(|mm| mm.is_finite());
+        if scene.mode.gather() == Gather::Plane {
+            // From the slice's near side to its far one.
+            let depth_mm = scene.slice.thickness_mm;
+            let base_mm = (scene.camera.target_mm - scene.camera.eye_mm).dot(forward) - depth_mm / 2.0;
+            return Self { base_mm, depth_mm, margin_mm: 0.0, finest_mm };
+        }
         let depths = surfaces.iter().flat_map(|(_, s)| s.grid.corners_mm()).map(|c| (c - scene.camera.eye_mm).dot(forward));
         let (near, far) = depths.fold((f64::INFINITY, 0.0_f64), |(near, far), d| (near.min(d), far.max(d)));
         let margin_mm = 1e-3 * (far - near);
         let base_mm = if near.is_finite() { (near - margin_mm).max(0.0) } else { 0.0 };
-        let finest_mm = surfaces.iter().map(|(_, s)| s.grid.spacing_mm().min_element()).fold(f64::INFINITY, f64::min);
-        Self { base_mm, depth_mm: far - base_mm, margin_mm, finest_mm: Some(finest_mm).filter(|mm| mm.is_finite()) }
+        Self { base_mm, depth_mm: far - base_mm, margin_mm, finest_mm }
     }
 
     /// The length of a step of direct volume rendering.
@@ -145,11 +155,14 @@ impl Frame {
             scene.window.or_else(|| surfaces.first().map(|(_, s)| default_window(&s.volume))).unwrap_or(Window::between([0.0, 1.0]));
         let surfaces = if scene.draws_spline() { splines(maps, surfaces)? } else { surfaces };
         maps.keep_only(&surfaces, if scene.draws_spline() { volumes } else { &[] });
-        let mut frame = Self::without_layers(scene, &reach, [width, height]);
+        let nodes = if scene.mode.gather() == Gather::Plane { nodes_per_pixel(scene, &surfaces, [width, height]) } else { 1 };
+        let [width, height] = [width, height].map(|n| n * nodes);
+        let mut frame = Self { nodes_per_pixel: nodes, ..Self::without_layers(scene, &reach, [width, height]) };
         let depths = [reach.base_mm, reach.depth_mm + reach.margin_mm];
         let layer = |(index, surface): (usize, Surface)| {
             let appearance = Appearance::of(scene, index, &surface, &volumes[index], frame.step_mm, window);
-            let skip = Skip::of(maps, scene, &surface, frame.has_solver && appearance.shows_faces, depths, [width, height]);
+            let sees_everywhere = frame.has_solver && appearance.shows_faces || scene.mode.gather() == Gather::Plane;
+            let skip = Skip::of(maps, scene, &surface, sees_everywhere, depths, [width, height]);
             FrameLayer { placement: Placement::of(index, surface, &frame.based_rays, scene.toward_light()), skip, appearance }
         };
         frame.layers = surfaces.into_iter().map(layer).collect();
@@ -157,11 +170,12 @@ impl Frame {
     }
 
     fn without_layers(scene: &Scene, reach: &Reach, [width, height]: [u32; 2]) -> Self {
-        let world_rays = scene.camera.pixel_rays(width, height);
+        let world_rays = scene.viewed_from().pixel_rays(width, height);
         let depth_mm = reach.depth_mm;
         let cue_per_mm = if depth_mm > 0.0 { f64::from(scene.depth_cue.clamp(0.0, 1.0)) / depth_mm } else { 0.0 };
         Self {
             layers: vec![],
+            nodes_per_pixel: 1,
             world_rays,
             based_rays: world_rays.rebased(reach.base_mm),
             base_mm: reach.base_mm,

@@ -16,6 +16,7 @@ mod named;
 mod roots;
 mod scene;
 mod skip;
+mod slice;
 pub mod stability;
 mod tone;
 mod transfer;
@@ -34,6 +35,7 @@ pub use scene::{
     Shell, Window,
 };
 pub use skip::DistanceMap;
+pub use slice::{BodyPlane, Contour, Slab, Slice, WIDEST_CONTOUR_PX, view_of_plane};
 pub use transfer::{Control, GradientPoint, Point, TransferFunction, Values, classify};
 
 use bregma_field::{GridError, Volume};

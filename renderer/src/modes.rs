@@ -25,6 +25,8 @@ named! {
         Mean = "mean",
         /// The integral of the values along the ray, drawn by Beer's law.
         Xray = "xray",
+        /// The values on the plane through the camera's target, with the contours of the surfaces.
+        Slice = "slice",
     }
 }
 
@@ -41,6 +43,8 @@ pub enum Gather {
     Density,
     /// One number for each volume, coloured when all are known.
     Number(RayValue),
+    /// What lies on the plane through the camera's target, across its view.
+    Plane,
 }
 
 /// The number that a ray makes of a volume.
@@ -65,6 +69,15 @@ impl RayValue {
             Self::Mean | Self::Integral => None,
         }
     }
+
+    /// Of a sum, or an extreme, and the depth that it is of: the mean where that is sought; NaN of no depth.
+    pub(crate) fn shown(self, [value, depth]: [f32; 2]) -> f32 {
+        match self {
+            Self::Mean if depth > 0.0 => value / depth,
+            Self::Mean => f32::NAN,
+            Self::Max | Self::Min | Self::Integral => value,
+        }
+    }
 }
 
 /// A setting of a scene that counts in some modes.
@@ -82,6 +95,8 @@ pub enum Setting {
     Shading,
     /// The gradient's magnitude instead of the value, and the window of grey values.
     Numbers,
+    /// The plane's thickness, colours and contours, and the window of grey values.
+    Slice,
 }
 
 /// A row of the table.
@@ -100,7 +115,7 @@ pub struct Facts {
 impl Mode {
     /// Its row.
     pub fn facts(self) -> Facts {
-        use Setting::{Numbers, Shading, Shells, Solver, Surfaces, Transfer};
+        use Setting::{Numbers, Shading, Shells, Slice, Solver, Surfaces, Transfer};
         let row = |title, shows, gather, settings| Facts { title, shows, gather, settings };
         match self {
             Self::Iso => row("Isosurface", "The nearest surface", Gather::Nearest, &[Solver, Surfaces, Shading]),
@@ -140,6 +155,12 @@ impl Mode {
                 "The values along each line of sight added up, as on a radiograph",
                 Gather::Number(RayValue::Integral),
                 &[Numbers],
+            ),
+            Self::Slice => row(
+                "Slice",
+                "The values on the plane through what is looked at, with the contours of the surfaces",
+                Gather::Plane,
+                &[Slice],
             ),
         }
     }

@@ -4,6 +4,7 @@ use crate::camera::{Camera, Projection};
 use crate::modes::{Gather, Mode, Setting};
 use crate::named;
 use crate::roots::{Method, Solver};
+use crate::slice::{Contour, Slice, WIDEST_CONTOUR_PX};
 use crate::transfer::{Control, TransferFunction, lowest_visible};
 use bregma_field::{Bounds, Clip, Covariance, GridError, Measured, Surface, Volume};
 use glam::{DAffine3, DVec3, Vec3};
@@ -313,6 +314,9 @@ pub struct Scene {
     /// What cuts show.
     #[serde(default)]
     pub cut_face: CutFace,
+    /// How [`Mode::Slice`] draws.
+    #[serde(default)]
+    pub slice: Slice,
     /// Which values are black and white; what a picture holds when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub window: Option<Window>,
@@ -356,6 +360,9 @@ pub enum SceneError {
     /// No window of values.
     #[error("its window has a width below 0, or no numbers")]
     Window,
+    /// A slice of no thickness that there is, or contours wider than pictures.
+    #[error("its slice is thinner than nothing, or its contours are not between 0 and 64 pixels wide")]
+    Slice,
 }
 
 /// Dark blue-grey: bone stands out on it, and it prints.
@@ -385,6 +392,7 @@ impl Scene {
             depth_cue: 0.0,
             clips: vec![],
             cut_face: CutFace::Bone,
+            slice: Slice::default(),
             window: None,
             of_gradient: false,
             value_range: None,
@@ -410,6 +418,8 @@ impl Scene {
             // One without width is a threshold.
             (self.value_range.is_some_and(|[low, high]| !(low.is_finite() && high.is_finite() && low < high)), SceneError::Range),
             (self.window.is_some_and(|w| !(w.width >= 0.0 && w.level.is_finite())), SceneError::Window),
+            (!(self.slice.thickness_mm >= 0.0 && self.slice.thickness_mm.is_finite()), SceneError::Slice),
+            (!(0.0..=WIDEST_CONTOUR_PX).contains(&self.slice.contour_px), SceneError::Slice),
         ];
         flaws.into_iter().find(|(is_flawed, _)| *is_flawed).map_or(Ok(()), |(_, flaw)| Err(flaw))
     }
@@ -425,7 +435,9 @@ impl Scene {
             Gather::Nearest | Gather::FirstOfEach => layer.iso,
             Gather::Crossings => layer.shells.iter().map(|s| s.iso).fold(layer.iso, f64::min),
             Gather::Density => lowest_visible(&layer.controls(volume)).unwrap_or(f64::INFINITY),
-            Gather::Number(_) => self.value_range.map_or(f64::NEG_INFINITY, |[low, _]| low),
+            // No lower than the scan's values: what is relative to it keeps their digits.
+            Gather::Number(_) => self.value_range.map_or(volume.range()[0], |[low, _]| low),
+            Gather::Plane => volume.range()[0],
         })
     }
 
@@ -438,7 +450,17 @@ impl Scene {
 
     /// Whether its pictures have values: one number for each pixel.
     pub fn gives_values(&self) -> bool {
-        self.mode.uses(Setting::Numbers)
+        self.mode.uses(Setting::Numbers) || self.mode.uses(Setting::Slice)
+    }
+
+    /// The camera that it is drawn by: a slice is seen along parallel rays.
+    pub fn viewed_from(&self) -> Camera {
+        if self.mode.uses(Setting::Slice) { self.camera.parallel() } else { self.camera }
+    }
+
+    /// What shows values instead of bone where it is cut through, in all modes.
+    pub(crate) fn face(&self) -> CutFace {
+        if self.mode.uses(Setting::Slice) { self.slice.face } else { self.cut_face }
     }
 
     /// Whether something is cut away and the faces of the cuts can show.
@@ -469,7 +491,7 @@ impl Picture {
     pub(crate) fn of(background: [u8; 4], width: u32, height: u32) -> Self {
         let count = width as usize * height as usize;
         let (depth_mm, volume_id) = (vec![f32::NAN; count], vec![0; count]);
-        Self { width, height, rgba: vec![background; count], depth_mm, volume_id, values: vec![] }
+        Self { width, height, rgba: vec![background; count], depth_mm, volume_id, values: vec![], contours: vec![] }
     }
 }
 
@@ -489,9 +511,11 @@ pub struct Picture {
     pub depth_mm: Vec<f32>,
     /// 1-based layer of that surface; 0 where none.
     pub volume_id: Vec<u8>,
-    /// What [`Mode::Max`], [`Mode::Mean`] or [`Mode::Xray`] computes, of the volumes together; NaN where a ray meets none. Empty in other
-    /// modes.
+    /// What [`Mode::Max`], [`Mode::Mean`] or [`Mode::Xray`] computes, of the volumes together, or [`Mode::Slice`] of the first; NaN where a ray
+    /// meets none. Empty in other modes.
     pub values: Vec<f32>,
+    /// The contours of [`Mode::Slice`], of each layer that is drawn; none in other modes.
+    pub contours: Vec<Contour>,
 }
 
 #[cfg(test)]
@@ -634,7 +658,7 @@ mod tests {
                         Gather::Nearest | Gather::FirstOfEach => layer.iso,
                         Gather::Crossings => layer.shells.iter().fold(layer.iso, |low, shell| low.min(shell.iso)),
                         Gather::Density => layer.controls(&volumes[n]).iter().find(|c| c.extinction_per_mm > 0.0).unwrap().value,
-                        Gather::Number(_) => volumes[n].range()[0],
+                        Gather::Number(_) | Gather::Plane => volumes[n].range()[0],
                     };
                     assert!(hull.level <= volumes[n].sample_of(lowest) + 1e-9, "{mode:?}: {} leaves out {lowest}", hull.level);
                 }

@@ -1,7 +1,7 @@
 //! Two scans compared by two pictures of one view, each with one of them.
 
 use bregma_field::Volume;
-use bregma_renderer::{Picture, RenderError, Renderer, Scene};
+use bregma_renderer::{Contour, Picture, RenderError, Renderer, Scene};
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 use std::sync::Arc;
@@ -102,6 +102,7 @@ impl Compare {
             depth_mm: Vec::with_capacity(count),
             volume_id: Vec::with_capacity(count),
             values: Vec::with_capacity(if has_values { count } else { 0 }),
+            contours: vec![],
         };
         for y in 0..a.height {
             for x in 0..width {
@@ -112,6 +113,25 @@ impl Compare {
                 joined.volume_id.push(from.volume_id[n]);
                 joined.values.extend(from.values.get(n));
             }
+        }
+        for from in [a, b] {
+            let moved = if self == Self::SideBySide && std::ptr::eq(from, b) { a.width } else { 0 };
+            // What is seen of a contour are the segments whose middles lie on pixels of its picture.
+            let is_seen = |[x0, y0, x1, y1]: &[f32; 4]| {
+                let pixel = |a: &f32, b: &f32| ((a + b) / 2.0).round().max(0.0) as u32;
+                std::ptr::eq(source(pixel(x0, x1) + moved, pixel(y0, y1)).0, from)
+            };
+            joined.contours.extend(from.contours.iter().map(|contour| {
+                Contour {
+                    volume_id: contour.volume_id,
+                    segments: contour
+                        .segments
+                        .iter()
+                        .filter(|segment| is_seen(segment))
+                        .map(|[x0, y0, x1, y1]| [x0 + moved as f32, *y0, x1 + moved as f32, *y1])
+                        .collect(),
+                }
+            }));
         }
         Some(joined)
     }

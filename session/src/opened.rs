@@ -6,7 +6,7 @@ use crate::measurement::Measurement;
 use crate::session_file::{Session, SessionError};
 use crate::source::Source;
 use bregma_field::formats::{OpenError, Scan};
-use bregma_field::{BRICK, Cancelled, IndexPoint, Progress, Registration, Surface, TransformError, Volume, read_transform};
+use bregma_field::{BRICK, Cancelled, Grid, IndexPoint, Progress, Registration, Surface, TransformError, Volume, read_transform};
 use bregma_measure::landmarks::{Landmark, LandmarkError};
 use bregma_measure::numbers::significant;
 use bregma_renderer::{Layer, MOST_VOLUMES, Mode, Scene};
@@ -232,8 +232,12 @@ impl Opened {
 
     /// The sphere around all visible volumes where the scene puts them.
     pub fn bounds(&self) -> bregma_renderer::Bounds {
-        let surfaces = self.scene.surfaces(&self.volumes).unwrap_or_default();
-        bregma_renderer::Bounds::of(surfaces.iter().map(|(_, s)| &s.grid))
+        bregma_renderer::Bounds::of(&self.grids())
+    }
+
+    /// The grids of all visible volumes where the scene puts them.
+    pub fn grids(&self) -> Vec<Grid> {
+        self.scene.surfaces(&self.volumes).unwrap_or_default().into_iter().map(|(_, surface)| surface.grid).collect()
     }
 
     /// Points around all that is seen of the visible volumes' surfaces where the scene puts them: corners of the blocks that they pass.

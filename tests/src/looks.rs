@@ -1,7 +1,8 @@
 //! Ways of looking at a pair that tests and `tests/on-a-card` draw on both backends.
 
 use bregma_renderer::{
-    Clip, Color, CutFace, GradientPoint, Integrator, Mode, Normals, Reconstruction, Scene, Shape, Shell, TransferFunction,
+    Clip, Color, CutFace, GradientPoint, Integrator, Mode, Named, Normals, Reconstruction, Scene, Shape, Shell, Slab, Slice,
+    TransferFunction,
 };
 use glam::DVec3;
 
@@ -54,6 +55,13 @@ pub fn looks(pair: &Scene) -> Vec<(&'static str, Scene)> {
             let value_range = Some([pair.layers[0].iso - 20.0, pair.layers[0].iso + 60.0]);
             add("projection of a range", Scene { value_range, ..base(mode) });
             add("projection of the gradient in a range", Scene { value_range, of_gradient: true, ..base(mode) });
+        }
+        for &face in CutFace::ALL {
+            add("slice", Scene { slice: Slice { face, ..Slice::default() }, ..base(Mode::Slice) });
+        }
+        for &slab in Slab::ALL {
+            let slice = Slice { thickness_mm: 4.0, slab, face: CutFace::Blend, contour_px: 3.0 };
+            add("thick slice", Scene { slice, background: None, ..base(Mode::Slice) });
         }
     }
     looks

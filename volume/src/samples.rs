@@ -18,7 +18,9 @@ macro_rules! sample {
     ($($t:ty),*) => {$(
         impl Sample for $t {
             const NAME: &'static str = stringify!($t);
+            #[inline(always)]
             fn to_f32(self) -> f32 { f32::from(self) }
+            #[inline(always)]
             fn to_i32(self) -> i32 { self as i32 }
         }
     )*};

@@ -1,7 +1,9 @@
 //! The command line: what is agreed in `bregma --help`.
 
 use super::look::LookArgs;
-use super::parsers::{Background, background, ball, field_of_view, number, one_of, pair, point, positive, registration_file, size, solver};
+use super::parsers::{
+    Background, Plane, background, ball, field_of_view, number, one_of, pair, plane, point, positive, registration_file, size, solver,
+};
 use super::sources::Sources;
 use bregma_renderer::{Mode, Solver};
 use bregma_session::register::By;
@@ -180,7 +182,7 @@ pub struct RenderArgs {
     /// Number of the volume that is drawn in each pixel, from 1: NPY uint8, 0 where none
     #[arg(long, value_name = "P.npy")]
     pub volume_id: Option<PathBuf>,
-    /// What max, mean or xray computes in each pixel: NPY float32, NaN where none
+    /// What max, min, mean, xray or slice (of its first scan) has in each pixel: NPY float32, NaN where none
     #[arg(long, value_name = "P.npy")]
     pub values: Option<PathBuf>,
 }
@@ -206,6 +208,10 @@ pub struct CameraArgs {
     /// Azimuth and elevation around the scans, degrees; 0,0 looks at the face, 90,0 at the left side
     #[arg(long, value_name = "AZ,EL", value_parser = pair, allow_hyphen_values = true)]
     pub orbit: Option<(f64, f64)>,
+    /// Onto a plane, for --mode slice: axial, coronal or sagittal through the middle of the scans or, behind @, at a place along its axis (S, P
+    /// or L, mm); or the plane n·x = D [default: axial]
+    #[arg(long, value_name = "NAME[@MM]|NX,NY,NZ,D", value_parser = plane, allow_hyphen_values = true, conflicts_with_all = ["orbit", "eye", "fov"])]
+    pub plane: Option<Plane>,
 }
 
 /// `bregma probe`.

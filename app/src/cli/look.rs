@@ -3,7 +3,8 @@
 use super::error::CommandError;
 use super::parsers::{color, number, numbers, one_of, positive, range, share};
 use bregma_renderer::{
-    Clip, Color, CutFace, Integrator, Layer, Mode, Normals, PER_VOXEL, Reconstruction, Scene, Setting, Shape, Shell, Window,
+    Clip, Color, CutFace, Integrator, Layer, Mode, Normals, PER_VOXEL, Reconstruction, Scene, Setting, Shape, Shell, Slab,
+    WIDEST_CONTOUR_PX, Window,
 };
 use bregma_session::Opened;
 use bregma_session::presets::{self, Preset};
@@ -69,9 +70,18 @@ pub struct LookArgs {
     /// Keeps a cylinder along a direction, mm: a point of its axis, the direction, the radius; may be given again
     #[arg(long, value_name = "X,Y,Z,DX,DY,DZ,R[@N]", value_parser = cylinder, allow_hyphen_values = true)]
     pub cylinder: Vec<Clip>,
-    /// What cuts show of a volume
+    /// What cuts show of a volume, or slices
     #[arg(long, value_parser = one_of::<CutFace>())]
     pub cut_face: Option<CutFace>,
+    /// How thick a slice is, half of it on either side of its plane, mm
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    pub thickness: Option<f64>,
+    /// What a thick slice shows of its thickness
+    #[arg(long, value_parser = one_of::<Slab>(), requires = "thickness")]
+    pub slab: Option<Slab>,
+    /// How wide the contours of the surfaces are drawn on a slice, pixels; 0 for none [default: 1.5]
+    #[arg(long, value_name = "PX", value_parser = contour)]
+    pub contour: Option<f32>,
     /// How much of the background's colour the farthest takes on, 0 to 1
     #[arg(long, value_name = "V", value_parser = share)]
     pub depth_cue: Option<f64>,
@@ -150,7 +160,14 @@ impl LookArgs {
             let text = "--reconstruction spline is of opaque surfaces: use --mode overlay, or --mode iso without --opacity and --shell";
             return Err(CommandError::Usage(text.into()));
         }
-        scene.cut_face = self.cut_face.unwrap_or(scene.cut_face);
+        if scene.mode.uses(Setting::Slice) {
+            scene.slice.face = self.cut_face.unwrap_or(scene.slice.face);
+        } else {
+            scene.cut_face = self.cut_face.unwrap_or(scene.cut_face);
+        }
+        scene.slice.thickness_mm = self.thickness.unwrap_or(scene.slice.thickness_mm);
+        scene.slice.slab = self.slab.unwrap_or(scene.slice.slab);
+        scene.slice.contour_px = self.contour.unwrap_or(scene.slice.contour_px);
         if let (Some(width), Some(level)) = (self.window, self.level) {
             scene.window = Some(Window { width, level });
         }
@@ -176,7 +193,8 @@ impl LookArgs {
         let (surfaces, shells) = (uses(Setting::Surfaces), uses(Setting::Shells));
         let cut = scene.has_cut_faces();
         let faces = cut && scene.cut_face != CutFace::Bone;
-        let by_transfer = dvr || cut && scene.cut_face == CutFace::Transfer;
+        let slice = uses(Setting::Slice);
+        let by_transfer = dvr || cut && scene.cut_face == CutFace::Transfer || slice && scene.slice.face == CutFace::Transfer;
         let steps = dvr && scene.integrator != Integrator::Exact;
         let options = [
             ("--shadows", self.shadows, surfaces),
@@ -189,8 +207,10 @@ impl LookArgs {
             ("--normals", self.normals.is_some(), shaded && !scene.draws_spline()),
             ("--gradient", self.gradient, numbers),
             ("--value-range", self.value_range.is_some(), numbers),
-            ("--window and --level", self.window.is_some(), numbers || faces),
-            ("--cut-face", self.cut_face.is_some(), cut),
+            ("--window and --level", self.window.is_some(), numbers || faces || slice && scene.slice.face != CutFace::Bone),
+            ("--cut-face", self.cut_face.is_some(), cut || slice),
+            ("--thickness", self.thickness.is_some(), slice),
+            ("--contour", self.contour.is_some(), slice),
             ("--depth-cue", self.depth_cue.is_some(), shaded),
         ];
         let idle = options.iter().filter(|(_, is_given, counts)| *is_given && !counts);
@@ -219,6 +239,11 @@ fn integrator(text: &str) -> Result<Integrator, String> {
     let count = text.strip_prefix("steps:").and_then(|n| n.parse::<f32>().ok()).filter(|n| PER_VOXEL.contains(n));
     let steps = |per_voxel| Integrator::Steps { per_voxel, jitter: true };
     count.map(steps).ok_or_else(|| "neither `exact` nor `steps:N` with N from 0.01 to 1000 points in a voxel's length".into())
+}
+
+fn contour(text: &str) -> Result<f32, String> {
+    let width = text.parse::<f32>().ok().filter(|width| (0.0..=WIDEST_CONTOUR_PX).contains(width));
+    width.ok_or_else(|| format!("no width from 0 to {WIDEST_CONTOUR_PX} pixels"))
 }
 
 fn shell(text: &str) -> Result<(usize, Shell), String> {

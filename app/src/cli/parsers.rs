@@ -2,7 +2,7 @@
 
 use bregma_field::formats::{RawLayoutError, Reduce, Uneven};
 use bregma_field::{TransformForm, Turn, TurnError};
-use bregma_renderer::{Color, Named, Solver};
+use bregma_renderer::{BodyPlane, Color, Named, Solver};
 use bregma_session::Raw;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use glam::DVec3;
@@ -17,6 +17,49 @@ pub fn one_of<T: Named + Send + Sync>() -> impl TypedValueParser<Value = T> {
 /// Behind the surfaces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Background(pub Option<Color>);
+
+/// A plane of the body, through the middle of what is seen or at a place along its axis, mm; or any plane n·x = D.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Plane {
+    Body(BodyPlane, Option<f64>),
+    Free { normal: DVec3, offset_mm: f64 },
+}
+
+impl Default for Plane {
+    fn default() -> Self {
+        Self::Body(BodyPlane::Axial, None)
+    }
+}
+
+impl Plane {
+    /// Into the picture and up in it, and the point of it that lies nearest to `middle_mm`.
+    pub fn through(self, middle_mm: DVec3) -> ([DVec3; 2], DVec3) {
+        match self {
+            Self::Body(plane, place_mm) => {
+                let mut through_mm = middle_mm;
+                through_mm[plane.axis()] = place_mm.unwrap_or(middle_mm[plane.axis()]);
+                (plane.axes(), through_mm)
+            }
+            Self::Free { normal, offset_mm } => {
+                // Superior is above, or anterior where one looks along it.
+                let up = if normal.z.abs() < 0.9 { DVec3::Z } else { DVec3::NEG_Y };
+                ([normal, up.reject_from_normalized(normal).normalize()], middle_mm + (offset_mm - normal.dot(middle_mm)) * normal)
+            }
+        }
+    }
+}
+
+pub fn plane(text: &str) -> Result<Plane, String> {
+    let (name, place) = text.split_once('@').map_or((text, None), |(name, place)| (name, Some(place)));
+    if let Some(plane) = BodyPlane::named(name) {
+        return Ok(Plane::Body(plane, place.map(number).transpose()?));
+    }
+    let wanted = || "neither axial, coronal or sagittal, as they are or with @ and a place in mm, nor NX,NY,NZ,D".to_owned();
+    let [x, y, z, offset_mm] = numbers(text).map_err(|_| wanted())?;
+    let normal = DVec3::new(x, y, z);
+    let length = normal.length();
+    if length > 0.0 { Ok(Plane::Free { normal: normal / length, offset_mm: offset_mm / length }) } else { Err(wanted()) }
+}
 
 pub fn number(text: &str) -> Result<f64, String> {
     text.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| "not a number".into())

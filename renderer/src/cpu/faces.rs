@@ -3,6 +3,7 @@
 //! The twin of `shaders/faces.wgsl`.
 
 use super::cuts::{Kept, kept};
+use super::light::{color_of_faces, grey};
 use super::line::Line;
 use super::nearest::Drawn;
 use super::ray::View;
@@ -10,6 +11,7 @@ use super::volume::{Field, world_line_of};
 use crate::frame::{Frame, FrameLayer};
 use crate::lanes::{Doubles, Floats, Ints, Mask, axes};
 use crate::roots::{Method, spline, trilinear};
+use crate::scene::CutFace;
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 use glam::{Vec3, Vec4};
@@ -95,6 +97,13 @@ pub(super) fn faces<S: Simd>(simd: S, view: &View<'_, S>, lines: &[Line<S>]) -> 
         });
     }
     faces
+}
+
+/// The linear colour of what is cut, of the brightnesses of the volumes there and their colours, where the nearest, which is the first, has a
+/// table of colours or none.
+pub(crate) fn face_color(how: CutFace, colors: &[Vec4], cut: &[(f32, Vec3)]) -> Vec3 {
+    let own = if colors.is_empty() { grey(cut[0].0) } else { face_color_at(colors, cut[0].0) };
+    color_of_faces(how, own, cut)
 }
 
 /// What lies in a table of colours at a brightness.

@@ -22,6 +22,7 @@ mod samples;
 pub(crate) mod segments;
 mod shade;
 mod shadows;
+pub(crate) mod slice;
 mod split;
 mod steps;
 mod to_light;
@@ -33,7 +34,7 @@ mod walk;
 
 use crate::frame::Frame;
 use crate::lanes::{Doubles, Floats, axes, numbers};
-use crate::modes::{Gather, RayValue};
+use crate::modes::Gather;
 use crate::roots::{Method, Solver};
 use crate::scene::{Integrator, Picture, Scene};
 use crate::skip::{BLOCK, MapCache};
@@ -43,6 +44,7 @@ use bregma_field::Volume;
 use brick::FAR;
 use cuts::kept;
 use dvr_steps::Steps;
+pub(crate) use faces::face_color;
 use faces::faces;
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch};
@@ -52,6 +54,7 @@ use line::{Line, Part};
 use march::march;
 use nearest::nearest;
 use packets::{Packet, Pixels, packets};
+use project::{Sought, project};
 use ray::{Gathered, View};
 use rayon::prelude::*;
 use shade::{light, paint_faces};
@@ -128,7 +131,11 @@ impl Renderer for CpuRenderer {
 /// Draws band by band, of one row of blocks each, and in a band block by block: rays of one block touch the same bricks.
 fn draw(level: Level, frame: &Frame, scene: &Scene, width: u32, height: u32) -> Result<Picture, RenderError> {
     let goes_on = match scene.mode.gather() {
-        Gather::Number(of) => return Ok(draw_projection(level, frame, scene, of, [width, height])),
+        Gather::Number(of) => {
+            let sought = Sought { of, by_gradient: scene.of_gradient, in_range: scene.value_range.is_some() };
+            return Ok(draw_projection(level, frame, scene, sought, [width, height]));
+        }
+        Gather::Plane => return Ok(slice::draw(level, frame, scene, [width, height])),
         Gather::Crossings | Gather::Density => true,
         Gather::Nearest | Gather::FirstOfEach => false,
     };
@@ -150,19 +157,19 @@ fn draw(level: Level, frame: &Frame, scene: &Scene, width: u32, height: u32) -> 
 }
 
 /// Draws the maximum, mean or integral along each ray.
-fn draw_projection(level: Level, frame: &Frame, scene: &Scene, of: RayValue, [width, height]: [u32; 2]) -> Picture {
+fn draw_projection(level: Level, frame: &Frame, scene: &Scene, sought: Sought, [width, height]: [u32; 2]) -> Picture {
     let count = frame.layers.len();
     let mut gathered = vec![[f32::NAN; 2]; width as usize * height as usize * count];
     let band = BLOCK as usize * width as usize * count;
     gathered.par_chunks_mut(band.max(1)).enumerate().for_each(|(row, gathered)| {
         let y0 = row as u32 * BLOCK;
-        dispatch!(level, simd => project_band(simd, frame, scene, of, [width, y0], gathered));
+        dispatch!(level, simd => project_band(simd, frame, sought, [width, y0], gathered));
     });
-    colored(frame, scene, of, [width, height], &gathered)
+    colored(frame, scene, sought.of, [width, height], &gathered)
 }
 
 #[inline(always)]
-fn project_band<S: Simd>(simd: S, frame: &Frame, scene: &Scene, of: RayValue, [width, y0]: [u32; 2], gathered: &mut [[f32; 2]]) {
+fn project_band<S: Simd>(simd: S, frame: &Frame, sought: Sought, [width, y0]: [u32; 2], gathered: &mut [[f32; 2]]) {
     let count = frame.layers.len();
     let height = (gathered.len() / count) as u32 / width;
     for packet in packets(width, height) {
@@ -178,7 +185,7 @@ fn project_band<S: Simd>(simd: S, frame: &Frame, scene: &Scene, of: RayValue, [w
             let part = Part { begin: kept.begin, s_min: Floats::splat(simd, s_min), s_max: Floats::splat(simd, s_max).min(kept.end) };
             let of = simd.vectorize(
                 #[inline(always)]
-                || project::project(simd, (of, scene.of_gradient), layer, &field, &lines, &part, pixels.inside),
+                || project(simd, sought, layer, &field, &lines, &part, pixels.inside),
             );
             for lane in numbers(of.found) {
                 gathered[packet.index(lane, width) * count + n] = [of.value[lane], of.depth[lane]];

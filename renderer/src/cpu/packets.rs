@@ -58,6 +58,14 @@ pub(super) struct Pixels<S: Simd> {
 }
 
 impl<S: Simd> Pixels<S> {
+    /// So many of a row, from column `x0` on.
+    #[inline(always)]
+    pub fn in_row(simd: S, x0: usize, y: u32, count: usize) -> Self {
+        let x = std::array::from_fn(|lane| (x0 + lane) as f32);
+        let inside = Mask::from_bitmask(simd, (1 << count) - 1);
+        Self { x: Doubles::of(Floats::load_array(simd, x)), y: Doubles::splat(simd, f64::from(y)), inside }
+    }
+
     /// What moves with the pixel, at each.
     #[inline(always)]
     pub fn at(&self, simd: S, of: &PixelAffine) -> [Doubles<S>; 3] {

@@ -29,10 +29,20 @@ pub(super) struct Projected<S: Simd> {
     pub depth: Floats<S>,
 }
 
+/// What is sought along rays.
+#[derive(Clone, Copy)]
+pub(super) struct Sought {
+    pub of: RayValue,
+    /// Of the gradient's magnitude and not of the value.
+    pub by_gradient: bool,
+    /// Only of what has values between the two levels.
+    pub in_range: bool,
+}
+
 #[inline(always)]
 pub(super) fn project<S: Simd>(
     simd: S,
-    (sought, by_gradient): (RayValue, bool),
+    Sought { of: sought, by_gradient, in_range }: Sought,
     layer: &FrameLayer,
     field: &Field<'_>,
     lines: &Line<S>,
@@ -52,7 +62,7 @@ pub(super) fn project<S: Simd>(
         }
         let pass = pass.until(part.s_max);
         let length = pass.s[1] - pass.s[0];
-        let cell = if layer.appearance.levels.is_empty() {
+        let cell = if !in_range {
             let whole = [zero, Floats::splat(simd, 1.0)];
             let known = all.found.select(all.value, Floats::splat(simd, -FAR));
             let of = if by_gradient { of_gradient(sought, layer, &pass, whole) } else { of_values(simd, sought, &pass, known, walking) };

@@ -4,7 +4,7 @@
 
 use crate::lanes::{Floats, Ints, LANES, Mask, numbers};
 use crate::roots::spline::Taps;
-use bregma_field::{AnyBlock, Sample, Store, Surface, with_block};
+use bregma_field::{AnyBlock, Block, Sample, Store, Surface, with_block};
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
@@ -25,18 +25,22 @@ impl<'a> Source<'a> {
     /// Samples at the corners of a cell, by its lowest, in the lanes of `of`; corner x + 2y + 4z is at (x, y, z).
     #[inline(always)]
     pub fn corners<S: Simd>(self, simd: S, cell: &[Ints<S>; 3], of: Mask<S>) -> [Floats<S>; 8] {
-        let mut f = [[0.0; LANES]; 8];
-        if let Self::Samples(samples) = self {
-            let cell = cell.map(Ints::to_array);
-            with_block!(samples, block => {
+        let cell = cell.map(Ints::to_array);
+        match self {
+            Self::Samples(AnyBlock::U8(block)) => whole_corners(simd, &block, &cell, of),
+            Self::Samples(AnyBlock::I16(block)) => whole_corners(simd, &block, &cell, of),
+            Self::Samples(AnyBlock::U16(block)) => whole_corners(simd, &block, &cell, of),
+            Self::Samples(AnyBlock::F32(block)) => {
+                let mut f = [[0.0; LANES]; 8];
                 for lane in numbers(of) {
                     let at = [cell[0][lane], cell[1][lane], cell[2][lane]].map(|n| n as usize);
-                    block.corners(at).into_iter().zip(&mut f).for_each(|(v, f)| f[lane] = v.to_f32());
+                    block.corners(at).into_iter().zip(&mut f).for_each(|(v, f)| f[lane] = v);
                 }
-            });
+                let at = |c: usize| Floats::load_array_ref(simd, &f[c]);
+                [at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7)]
+            }
+            Self::Nothing => [Floats::splat(simd, 0.0); 8],
         }
-        let at = |c: usize| Floats::load_array_ref(simd, &f[c]);
-        [at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7)]
     }
 
     /// Samples from the one before cells to the one behind them, in the lanes of `of`; at the grid's border the nearest.
@@ -56,6 +60,18 @@ impl<'a> Source<'a> {
         }
         taps
     }
+}
+
+/// Whole numbers become float32 sixteen at a time.
+#[inline(always)]
+fn whole_corners<S: Simd, T: Sample>(simd: S, block: &Block<'_, T>, cell: &[[i32; LANES]; 3], of: Mask<S>) -> [Floats<S>; 8] {
+    let mut f = [[0; LANES]; 8];
+    for lane in numbers(of) {
+        let at = [cell[0][lane], cell[1][lane], cell[2][lane]].map(|n| n as usize);
+        block.corners(at).into_iter().zip(&mut f).for_each(|(v, f)| f[lane] = v.to_i32());
+    }
+    let at = |c: usize| Ints::load_array_ref(simd, &f[c]).to_float();
+    [at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7)]
 }
 
 /// Along each axis from the one before a cell to the one behind it; at the grid's border the nearest.

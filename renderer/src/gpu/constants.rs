@@ -3,10 +3,11 @@
 use super::blocks::BLOCK_PIXELS;
 use super::layout::{MASKS_ACROSS, UNFINISHED};
 use crate::appearance::FACE_COLORS;
-use crate::cpu::{brick, dvr, dvr_exact, dvr_steps, faces, gauss, let_through, light, project, segments};
+use crate::cpu::{brick, dvr, dvr_exact, dvr_steps, faces, gauss, let_through, light, project, segments, slice as plane};
 use crate::roots::{analytic, cubic, spline};
 use crate::scene::{CutFace, srgb};
 use crate::skip::WORDS;
+use crate::slice;
 use crate::stability::DECIDED_VOXEL;
 use bregma_field::BRICK;
 
@@ -44,6 +45,9 @@ constants! {
     MOST_ROOTS = segments::MOST_ROOTS;
     INTERVALS = project::INTERVALS as u32;
     TWO_POINTS = project::TWO_POINTS;
+    NO_CROSSING = slice::NO_CROSSING;
+    MOST_SLICE_STEPS = plane::MOST_SLICE_STEPS;
+    KNOWN_TO = plane::KNOWN_TO;
     GAUSS_NODES = gauss::NODES;
     GAUSS_WEIGHTS = gauss::WEIGHTS;
     GAUSS_UNTIL = Matrix(gauss::UNTIL);

@@ -87,7 +87,8 @@ pub(super) struct TraceParams {
     pub shows_faces: u32,
     pub inner: [f32; 3],
     pub has_inner: u32,
-    pub color: [f32; 4],
+    pub color: [f32; 3],
+    pub contour: f32,
 }
 
 /// `Block` of `shaders/blocks.wgsl`.
@@ -226,7 +227,8 @@ mod tests {
                 shows_faces,
                 inner,
                 has_inner,
-                color
+                color,
+                contour
             ]
         );
         same_layout!(&trace, "Double", Pair, [hi, lo]);

@@ -9,10 +9,9 @@ use super::shader::{Reads, link};
 use super::{GpuRenderer, Parts, bindings};
 use crate::cpu::{dvr_exact, dvr_steps, transparent};
 use crate::frame::Frame;
-use crate::modes::RayValue;
 use crate::roots::{Method, Solver};
 use crate::scene::{Integrator, Picture, Scene};
-use crate::tone::Gathered;
+use crate::slice::{self, NO_CROSSING, NodeBand, Nodes};
 use wgpu::{BindGroupEntry, BindingType, BufferUsages, SamplerBindingType};
 
 /// What is done along the way.
@@ -96,19 +95,18 @@ fn for_pixels(blocks: &[[u32; 2]], records: &[PixelRecord], width: u32, height: 
 }
 
 impl GpuRenderer {
-    /// What each layer gives for each pixel of a projection, pixel by pixel.
-    pub(super) fn project(
+    /// Calls `put` with the pixel, the layer and what it has found there, for each pixel and layer where `parts` find anything.
+    pub(super) fn numbers(
         &mut self,
         frame: &Frame,
         scene: &Scene,
-        of: RayValue,
+        parts: Parts,
         [width, height]: [u32; 2],
-    ) -> Result<Vec<Gathered>, GpuError> {
+        mut put: impl FnMut(usize, usize, [f32; 3]),
+    ) -> Result<(), GpuError> {
         let count = frame.layers.len();
-        let mut gathered = vec![[f32::NAN; 2]; width as usize * height as usize * count];
         let passes: Vec<usize> = (0..count).filter(|&n| !frame.layers[n].placement.surface.grid.is_flat()).collect();
         let plan = self.plan(frame, scene, width, height, count)?;
-        let parts = Parts::Project { of, by_gradient: scene.of_gradient, in_range: scene.value_range.is_some() };
         let (hits, back) = (hit_buffer(&self.gpu, plan.pixels() * count), readback(&self.gpu, &plan));
         for blocks in plan.batches() {
             for (own, &layer) in plan.trace.iter().enumerate().zip(&passes) {
@@ -117,15 +115,44 @@ impl GpuRenderer {
                 let pipeline = &self.pipelines.trace[number].pipeline;
                 let first = u64::from(plan.shade.stride) * own.0 as u64 * HIT_BYTES;
                 read_records(&self.gpu, pipeline, &group, blocks.len(), (&hits, first), &back, |records| {
-                    for_pixels(&plan.blocks[blocks.clone()], records, width, height, |place, &[value, depth, _, found]| {
-                        if f32::from_bits(found) > 0.0 {
-                            gathered[place.at * count + layer] = [value, depth].map(f32::from_bits);
+                    for_pixels(&plan.blocks[blocks.clone()], records, width, height, |place, record| {
+                        let [a, b, c, found] = record.map(f32::from_bits);
+                        if found > 0.0 {
+                            put(place.at, layer, [a, b, c]);
                         }
                     });
                 })?;
             }
         }
-        Ok(gathered)
+        Ok(())
+    }
+
+    /// The picture of a slice.
+    pub(super) fn slice(&mut self, frame: &Frame, scene: &Scene, [width, height]: [u32; 2]) -> Result<Picture, GpuError> {
+        let [across, down] = [width, height].map(|n| n * frame.nodes_per_pixel);
+        let count = across as usize * down as usize;
+        let mut values = vec![vec![f32::NAN; count]; frame.layers.len()];
+        let mut crossings = vec![vec![[NO_CROSSING; 2]; count]; frame.layers.len()];
+        self.numbers(frame, scene, Parts::Slice, [across, down], |node, layer, [value, right, lower]| {
+            (values[layer][node], crossings[layer][node]) = (value, [right, lower]);
+        })?;
+        if let Some(of) = scene.slice.sought() {
+            values.iter_mut().for_each(|values| values.fill(f32::NAN));
+            let parts = Parts::Project { of, by_gradient: false, in_range: false };
+            self.numbers(frame, scene, parts, [across, down], |node, layer, [value, depth, _]| {
+                values[layer][node] = of.shown([value, depth]);
+            })?;
+        }
+        Ok(slice::draw(frame, scene, [width, height], |first, rows, paint| {
+            let band = first * across as usize..(first + rows) * across as usize;
+            let layers = values.iter().zip(&crossings);
+            let layers: Vec<_> = layers.map(|(values, crossings)| (&values[band.clone()], &crossings[band.clone()])).collect();
+            let is_crossed = |crossings: &[f32; 2]| crossings.iter().any(|share| *share >= 0.0);
+            let crossed = layers.iter().map(|(_, crossings)| (0..crossings.len()).filter(|&n| is_crossed(&crossings[n])).collect());
+            let crossed: Vec<Vec<usize>> = crossed.collect();
+            let layers = layers.into_iter().zip(&crossed).map(|((values, crossings), crossed)| Nodes { values, crossings, crossed });
+            paint(&NodeBand { width: across as usize, layers: layers.collect() });
+        }))
     }
 
     /// Compiles the pass through volumes that are read so, if it is not yet; its number.

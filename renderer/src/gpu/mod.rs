@@ -48,6 +48,8 @@ enum Parts {
     Shadow,
     /// Through the whole volume, to one number.
     Project { of: RayValue, by_gradient: bool, in_range: bool },
+    /// On a plane.
+    Slice,
 }
 
 /// The file that has a solver's `first_entry` in a segment of a cell, and the numbers that it is compiled with.
@@ -102,6 +104,7 @@ fn trace_shader(reads: Reads, method: Method, parts: Parts) -> (String, &'static
             ];
             ("project", "project")
         }
+        Parts::Slice => ("slice", "slice"),
         _ => ("trace", "trace"),
     };
     (link(module, &filled, &[reads]), entry, numbers)
@@ -167,13 +170,19 @@ impl GpuRenderer {
     fn draw(&mut self, frame: &Frame, scene: &Scene, width: u32, height: u32) -> Result<Picture, GpuError> {
         match scene.mode.gather() {
             Gather::Number(of) => {
-                let gathered = self.project(frame, scene, of, [width, height])?;
+                let parts = Parts::Project { of, by_gradient: scene.of_gradient, in_range: scene.value_range.is_some() };
+                let count = frame.layers.len();
+                let mut gathered = vec![[f32::NAN; 2]; width as usize * height as usize * count];
+                self.numbers(frame, scene, parts, [width, height], |pixel, layer, [value, depth, _]| {
+                    gathered[pixel * count + layer] = [value, depth];
+                })?;
                 return Ok(colored(frame, scene, of, [width, height], &gathered));
             }
             Gather::Crossings => {
                 return self.march(frame, scene, Integrate::Transparent { shadows: scene.shadows }, [width, height]);
             }
             Gather::Density => return self.march(frame, scene, Integrate::density(scene.integrator), [width, height]),
+            Gather::Plane => return self.slice(frame, scene, [width, height]),
             Gather::Nearest | Gather::FirstOfEach => {}
         }
         let plan = self.plan(frame, scene, width, height, frame.layers.len())?;
@@ -247,10 +256,11 @@ mod tests {
             .concat();
         let projections = [(RayValue::Max, true), (RayValue::Max, false), (RayValue::Mean, true), (RayValue::Mean, false)];
         let projections = projections.map(|(of, by_gradient)| Parts::Project { of, by_gradient, in_range: by_gradient });
+        let projections = [Parts::Slice].into_iter().chain(projections);
         for method in Solver::ALL.map(Method::Solver).into_iter().chain([Method::Spline]) {
-            for parts in [Parts::Walk, Parts::Fetch, Parts::Solve, Parts::Shadow].into_iter().chain(projections) {
-                // Projections have no solver.
-                if matches!(parts, Parts::Project { .. }) && method != Method::Solver(Solver::Exact) {
+            for parts in [Parts::Walk, Parts::Fetch, Parts::Solve, Parts::Shadow].into_iter().chain(projections.clone()) {
+                // Projections and slices have no solver.
+                if matches!(parts, Parts::Project { .. } | Parts::Slice) && method != Method::Solver(Solver::Exact) {
                     continue;
                 }
                 for reads in &all_reads {

@@ -226,7 +226,8 @@ fn trace_params(
         shows_faces: u32::from(appearance.shows_faces),
         inner: appearance.inner.unwrap_or_default().to_array(),
         has_inner: u32::from(appearance.inner.is_some()),
-        color: padded(appearance.color),
+        color: appearance.color.to_array(),
+        contour: appearance.contour,
     }
 }
 

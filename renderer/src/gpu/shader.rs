@@ -70,6 +70,7 @@ modules![
     "segments",
     "shade",
     "shadows",
+    "slice",
     "spline",
     "steps",
     "to_light",

@@ -3,8 +3,9 @@
 use crate::cli::args::{CameraArgs, RenderArgs};
 use crate::cli::error::CommandError;
 use crate::cli::opening::{open, require_spacing};
+use crate::cli::parsers::Plane;
 use crate::cli::terminal::warn;
-use bregma_renderer::{Camera, FOV_DEG, Projection};
+use bregma_renderer::{Camera, FOV_DEG, Projection, Setting, view_of_plane};
 use bregma_session::output::{write_depth, write_png, write_values, write_volume_id};
 use bregma_session::{Compare, Machine, Opened};
 use std::path::{Path, PathBuf};
@@ -20,9 +21,9 @@ pub fn render(args: &RenderArgs, machine: Machine) -> Result<(), CommandError> {
     warn(&args.look.idle(&opened.scene));
     opened.scene.solver = args.solver.unwrap_or(opened.scene.solver);
     opened.scene.background = args.background.map_or(opened.scene.background, |b| b.0);
-    opened.scene.camera = camera(&args.camera, &opened);
+    opened.scene.camera = camera(&args.camera, &opened, args.size);
     if args.values.is_some() && !opened.scene.gives_values() {
-        return Err(CommandError::Usage("--values are those of --mode max, mean or xray: ask for one of these".into()));
+        return Err(CommandError::Usage("--values are those of --mode max, min, mean, xray or slice: ask for one of these".into()));
     }
     let (width, height) = args.size;
     // Of what changes in time a still has nothing to show.
@@ -65,10 +66,18 @@ fn keep_apart(args: &RenderArgs) -> Result<(), CommandError> {
     Ok(())
 }
 
-/// The camera that the arguments ask for; what they leave open is the session's, or the orbit's.
-pub(super) fn camera(args: &CameraArgs, opened: &Opened) -> Camera {
+/// The camera that the arguments ask for, of a picture of such a size; what they leave open is the session's, or the orbit's.
+pub(super) fn camera(args: &CameraArgs, opened: &Opened, (width, height): (u32, u32)) -> Camera {
     let bounds = opened.bounds();
     let mut camera = opened.scene.camera;
+    let is_new_slice = opened.scene.mode.uses(Setting::Slice) && args.orbit.is_none() && args.eye.is_none() && !opened.from_session;
+    if let Some(plane) = args.plane.or_else(|| is_new_slice.then(Plane::default)) {
+        let (axes, through_mm) = plane.through(bounds.centre_mm);
+        camera = view_of_plane(axes, through_mm, &opened.grids(), f64::from(width) / f64::from(height));
+        camera.up = args.up.unwrap_or(camera.up);
+        camera.projection = args.ortho.map_or(camera.projection, |height_mm| Projection::Orthographic { height_mm });
+        return camera;
+    }
     if args.orbit.is_some() || args.eye.is_some() || !opened.from_session {
         let (azimuth, elevation) = args.orbit.unwrap_or((0.0, 0.0));
         camera = Camera::orbit_with_fov(&bounds, azimuth, elevation, args.fov.unwrap_or(FOV_DEG));

@@ -63,7 +63,7 @@ pub fn thickness(args: &ThicknessArgs, machine: Machine) -> Result<(), CommandEr
     let Map { surface, mesh, values, statistics, .. } = &map;
     let scale = Scale { colors: args.colors, ends_mm };
     let mut scene = white(opened.scene.clone());
-    scene.camera = camera(&args.camera, &opened);
+    scene.camera = camera(&args.camera, &opened, args.size);
     let (width, height) = args.size;
     let mut picture = machine.renderer()?.render(&opened.volumes, &scene, width, height)?;
     paint(&mut picture, &scene, surface, mesh, values, &scale);

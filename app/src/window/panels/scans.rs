@@ -62,6 +62,7 @@ impl Shown {
             Gather::Nearest => Self::Surface,
             Gather::Density => Self::Transfer,
             Gather::Number(_) => Self::Nothing,
+            Gather::Plane => Self::Surface,
         }
     }
 }

@@ -1,0 +1,79 @@
+//! Contours as lines of a width over a picture.
+
+use crate::frame::Frame;
+use crate::scene::{Color, Picture, Scene};
+use crate::skip::BLOCK;
+use glam::Vec2;
+use rayon::prelude::*;
+
+/// Of a lone scan's contour, and where contours agree: bone's colour is not told from dense bone.
+const AMBER: Color = Color([0.95, 0.75, 0.3]);
+
+/// How far the lines of the layers cover a pixel.
+#[derive(Clone, Copy, Default)]
+struct Cover {
+    /// The most, of the layer of that number, and the most of another one.
+    most: f32,
+    layer: u8,
+    second: f32,
+}
+
+/// Draws the segments of each band and layer. A pixel is covered as far as the line reaches into it, measured along the line's normal from its
+/// middle: an edge one pixel wide.
+pub(super) fn draw(frame: &Frame, scene: &Scene, bands: &[Vec<Vec<[f32; 4]>>], picture: &mut Picture) {
+    let half = scene.slice.contour_px / 2.0;
+    if half <= 0.0 {
+        return;
+    }
+    let amber = AMBER.linear();
+    let is_alone = frame.layers.len() == 1;
+    let width = picture.width as usize;
+    // So many bands above and below reach into one.
+    let reach = ((half + 0.5) / BLOCK as f32).ceil() as usize;
+    picture.rgba.par_chunks_mut(BLOCK as usize * width).enumerate().for_each(|(row, rgba)| {
+        let size = [row * BLOCK as usize, width, rgba.len() / width];
+        let near = &bands[row.saturating_sub(reach)..(row + reach + 1).min(bands.len())];
+        if near.iter().all(|band| band.iter().all(Vec::is_empty)) {
+            return;
+        }
+        let mut covers = vec![Cover::default(); rgba.len()];
+        for n in 0..frame.layers.len() {
+            near.iter().flat_map(|band| &band[n]).for_each(|segment| put(segment, half, n as u8, &mut covers, size));
+        }
+        for (pixel, cover) in rgba.iter_mut().zip(&covers).filter(|(_, cover)| cover.most > 0.0) {
+            let own = if is_alone { amber } else { frame.layers[usize::from(cover.layer)].appearance.color };
+            let color = own.lerp(amber, cover.second / cover.most);
+            // Over a clear background the line is as clear as it covers.
+            let alpha = (cover.most * 255.0).round() as u8;
+            let below = Color([0, 1, 2].map(|a| f32::from(pixel[a]) / 255.0)).linear();
+            let mixed = if pixel[3] == 0 { color } else { below.lerp(color, cover.most) };
+            let [r, g, b] = mixed.to_array().map(fast_srgb8::f32_to_srgb8);
+            *pixel = [r, g, b, pixel[3].max(alpha)];
+        }
+    });
+}
+
+/// Adds a segment of a layer to what is covered of the pixels of a band that begins at row `first`.
+fn put([x0, y0, x1, y1]: &[f32; 4], half: f32, layer: u8, covers: &mut [Cover], [first, width, rows]: [usize; 3]) {
+    let reach = half + 0.5;
+    let (a, b) = (Vec2::new(*x0, *y0 - first as f32), Vec2::new(*x1, *y1 - first as f32));
+    let (low, high) = (a.min(b) - reach, a.max(b) + reach);
+    let range = |low: f32, high: f32, count: usize| low.ceil().max(0.0) as usize..((high.floor() + 1.0).max(0.0) as usize).min(count);
+    let along = b - a;
+    let squared = along.length_squared();
+    for y in range(low.y, high.y, rows) {
+        for x in range(low.x, high.x, width) {
+            let from = Vec2::new(x as f32, y as f32) - a;
+            let share = if squared > 0.0 { (from.dot(along) / squared).clamp(0.0, 1.0) } else { 0.0 };
+            let covered = (reach - (from - share * along).length()).clamp(0.0, 1.0);
+            let cover = &mut covers[y * width + x];
+            if cover.most == 0.0 || cover.layer == layer {
+                (cover.most, cover.layer) = (cover.most.max(covered), layer);
+            } else if covered > cover.most {
+                *cover = Cover { most: covered, layer, second: cover.most };
+            } else {
+                cover.second = cover.second.max(covered);
+            }
+        }
+    }
+}
