@@ -8,7 +8,7 @@ use crate::roots::Method;
 use crate::scene::{Integrator, Scene, Window};
 use crate::skip::{MapCache, Skip};
 use crate::slice::nodes_per_pixel;
-use bregma_field::{Surface, Unit, Volume, spline};
+use bregma_field::{Surface, Volume, spline};
 use glam::{DVec3, Mat3, Vec3, Vec4};
 use std::sync::Arc;
 
@@ -151,8 +151,8 @@ impl Frame {
         let surfaces = scene.hulls(volumes)?;
         let reach = Reach::of(scene, &surfaces);
         // The same for all volumes, so that their faces can be compared.
-        let window =
-            scene.window.or_else(|| surfaces.first().map(|(_, s)| default_window(&s.volume))).unwrap_or(Window::between([0.0, 1.0]));
+        let chosen = if scene.mode.gather() == Gather::Plane { scene.slice.window } else { scene.window };
+        let window = chosen.or_else(|| surfaces.first().map(|(_, s)| Window::of(&s.volume))).unwrap_or(Window::between([0.0, 1.0]));
         let surfaces = if scene.draws_spline() { splines(maps, surfaces)? } else { surfaces };
         maps.keep_only(&surfaces, if scene.draws_spline() { volumes } else { &[] });
         let nodes = if scene.mode.gather() == Gather::Plane { nodes_per_pixel(scene, &surfaces, [width, height]) } else { 1 };
@@ -214,10 +214,6 @@ fn splines(maps: &mut MapCache, surfaces: Vec<(usize, Surface)>) -> Result<Vec<(
 /// Steps of direct volume rendering along a ray, at most.
 const MOST_STEPS: f64 = 4_194_304.0;
 
-/// Hospital scans open at a bone window; others at all they hold.
-fn default_window(volume: &Volume) -> Window {
-    if volume.unit() == Unit::Hounsfield { Window { width: 1000.0, level: 400.0 } } else { Window::between(volume.range()) }
-}
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -6,7 +6,7 @@ use crate::named;
 use crate::roots::{Method, Solver};
 use crate::slice::{Contour, Slice, WIDEST_CONTOUR_PX};
 use crate::transfer::{Control, TransferFunction, lowest_visible};
-use bregma_field::{Bounds, Clip, Covariance, GridError, Measured, Surface, Volume};
+use bregma_field::{Bounds, Clip, Covariance, GridError, Measured, Surface, Unit, Volume};
 use glam::{DAffine3, DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -90,6 +90,11 @@ pub struct Window {
 }
 
 impl Window {
+    /// That a scan's values open with: of Hounsfield units a bone window, of others all that it holds.
+    pub fn of(volume: &Volume) -> Self {
+        if volume.unit() == Unit::Hounsfield { Self { width: 1000.0, level: 400.0 } } else { Self::between(volume.range()) }
+    }
+
     /// From black to white.
     pub fn between([low, high]: [f64; 2]) -> Self {
         Self { width: high - low, level: (low + high) / 2.0 }
@@ -419,6 +424,7 @@ impl Scene {
             (self.value_range.is_some_and(|[low, high]| !(low.is_finite() && high.is_finite() && low < high)), SceneError::Range),
             (self.window.is_some_and(|w| !(w.width >= 0.0 && w.level.is_finite())), SceneError::Window),
             (!(self.slice.thickness_mm >= 0.0 && self.slice.thickness_mm.is_finite()), SceneError::Slice),
+            (self.slice.window.is_some_and(|w| !(w.width >= 0.0 && w.level.is_finite())), SceneError::Window),
             (!(0.0..=WIDEST_CONTOUR_PX).contains(&self.slice.contour_px), SceneError::Slice),
         ];
         flaws.into_iter().find(|(is_flawed, _)| *is_flawed).map_or(Ok(()), |(_, flaw)| Err(flaw))

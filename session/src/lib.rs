@@ -18,9 +18,11 @@ pub mod record;
 pub mod register;
 pub mod save;
 mod session_file;
+mod slices;
 mod source;
 pub mod thickness;
 pub mod thickness_picture;
+mod under;
 
 pub use bregma_measure::landmarks::{CRANIOMETRIC, Landmark, Template};
 pub use compare::{Compare, Part};
@@ -29,4 +31,6 @@ pub use machine::Machine;
 pub use measurement::{MeasuredScan, Measurement, Origin, RecordedRay};
 pub use opened::{DEMO_SIZE, InputError, Opened, same_scans, scans, without_spacing};
 pub use session_file::{Session, SessionError};
+pub use slices::{Frame, Layout, Slices};
 pub use source::{Raw, Source};
+pub use under::Held;

@@ -4,6 +4,7 @@ use crate::compare::Compare;
 use crate::kind::Kind;
 use crate::measurement::Measurement;
 use crate::session_file::{Session, SessionError};
+use crate::slices::Slices;
 use crate::source::Source;
 use bregma_field::formats::{OpenError, Scan};
 use bregma_field::{BRICK, Cancelled, Grid, IndexPoint, Progress, Registration, Surface, TransformError, Volume, read_transform};
@@ -44,6 +45,8 @@ pub struct Opened {
     pub landmarks: Vec<Landmark>,
     /// How the scans are compared.
     pub compare: Compare,
+    /// How slices are looked at.
+    pub slices: Slices,
 }
 
 /// Why nothing was opened. Each sentence names the file.
@@ -82,7 +85,8 @@ impl Opened {
     /// `volumes` in the scene that they open with.
     pub fn new(sources: Vec<Source>, volumes: Vec<Arc<Volume>>) -> Self {
         let scene = Scene::of(&volumes);
-        Self { sources, volumes, scene, from_session: false, measurements: vec![], landmarks: vec![], compare: Compare::Off }
+        let slices = Slices::of(&volumes.iter().map(|volume| volume.grid().clone()).collect::<Vec<_>>());
+        Self { sources, volumes, scene, from_session: false, measurements: vec![], landmarks: vec![], compare: Compare::Off, slices }
     }
 
     /// The built-in demo pair.
@@ -159,6 +163,7 @@ impl Opened {
             Some((_, only)) if only.volumes.len() == self.volumes.len() => {
                 (self.scene, self.from_session) = (only.scene, true);
                 (self.measurements, self.landmarks, self.compare) = (only.measurements, only.landmarks, only.compare);
+                self.slices = only.slices.unwrap_or(self.slices);
             }
             last => {
                 // Each cuts its own scans as before.
@@ -404,6 +409,7 @@ impl Session {
             measurements: opened.measurements.clone(),
             landmarks: opened.landmarks.clone(),
             compare: opened.compare,
+            slices: Some(opened.slices),
         }
     }
 }

@@ -3,6 +3,7 @@
 use crate::compare::Compare;
 use crate::measurement::Measurement;
 use crate::output::{OutputError, write_whole};
+use crate::slices::Slices;
 use crate::source::Source;
 use bregma_measure::landmarks::Landmark;
 use bregma_renderer::{Clip, Scene};
@@ -41,6 +42,9 @@ pub struct Session {
     /// How the scans are compared.
     #[serde(default, skip_serializing_if = "Compare::is_off")]
     pub compare: Compare,
+    /// How slices are looked at.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub slices: Option<Slices>,
 }
 
 /// Why a session was not opened.
@@ -94,6 +98,9 @@ impl Session {
         session.scene.check().map_err(|e| fail(e.to_string()))?;
         if !session.compare.is_sound() {
             return Err(fail("how it compares scans has a number that cannot be".into()));
+        }
+        if session.slices.is_some_and(|slices| !slices.is_sound()) {
+            return Err(fail("its slices go through no point, or are turned by nothing".into()));
         }
         let folder = file.parent().unwrap_or(Path::new(""));
         for volume in session.volumes.iter_mut().filter(|volume| volume.built_in.is_none()) {

@@ -60,7 +60,7 @@ pub fn looks(pair: &Scene) -> Vec<(&'static str, Scene)> {
             add("slice", Scene { slice: Slice { face, ..Slice::default() }, ..base(Mode::Slice) });
         }
         for &slab in Slab::ALL {
-            let slice = Slice { thickness_mm: 4.0, slab, face: CutFace::Blend, contour_px: 3.0 };
+            let slice = Slice { thickness_mm: 4.0, slab, face: CutFace::Blend, window: None, contour_px: 3.0 };
             add("thick slice", Scene { slice, background: None, ..base(Mode::Slice) });
         }
     }

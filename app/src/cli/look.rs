@@ -169,7 +169,8 @@ impl LookArgs {
         scene.slice.slab = self.slab.unwrap_or(scene.slice.slab);
         scene.slice.contour_px = self.contour.unwrap_or(scene.slice.contour_px);
         if let (Some(width), Some(level)) = (self.window, self.level) {
-            scene.window = Some(Window { width, level });
+            let window = if scene.mode.uses(Setting::Slice) { &mut scene.slice.window } else { &mut scene.window };
+            *window = Some(Window { width, level });
         }
         scene.depth_cue = self.depth_cue.map_or(scene.depth_cue, |v| v as f32);
         Ok(())

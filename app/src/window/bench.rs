@@ -9,12 +9,14 @@ use super::measured::{Measured, Work};
 use super::messages::Messages;
 use super::picture::cast::Found;
 use super::picture::painter::Painter;
+use super::picture::slice_views::SliceViews;
 use super::picture::view::View;
 use super::recovery::{Kept, Recovery};
 use super::remembered::Remembered;
 use bregma_session::register::apart;
 use bregma_session::{Compare, Kind, Measurement, Opened, Origin, Source};
 use egui::{Context, Id, Modal};
+use glam::DVec3;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
@@ -46,6 +48,10 @@ pub struct Bench {
     pub view: View,
     /// What draws it.
     pub painter: Painter,
+    /// The slices on the screen.
+    pub slices: SliceViews,
+    /// The point of the world under the mouse, in any view.
+    pub under_mm: Option<DVec3>,
     /// Scans on their way in.
     pub loading: Option<Loading>,
     /// What is open was made coarse, and is made finer once it is seen.
@@ -75,6 +81,8 @@ impl Bench {
             hovered_mm: None,
             view: View::default(),
             painter: Painter::new(ctx),
+            slices: SliceViews::default(),
+            under_mm: None,
             loading,
             is_coarse: false,
             messages: Messages::default(),
@@ -185,6 +193,7 @@ impl Bench {
             Some(Err(text)) => self.messages.error(text),
             None => {}
         }
+        self.slices.poll(ctx).into_iter().for_each(|text| self.messages.error(text));
         if let Some(text) = self.painter.notice() {
             self.messages.error(text);
         }

@@ -47,7 +47,8 @@ pub struct Work {
 impl Work {
     /// Equal but for which ray is selected, which is no work.
     pub fn same(&self, other: &Self) -> bool {
-        self.opened.scene.camera == other.opened.scene.camera && self.opened.compare == other.opened.compare && self.same_work(other)
+        let (a, b) = (&self.opened, &other.opened);
+        a.scene.camera == b.scene.camera && a.compare == b.compare && a.slices == b.slices && self.same_work(other)
     }
 
     /// Equal but for where it is looked from, how scans are compared, and which ray is selected.

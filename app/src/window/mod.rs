@@ -25,6 +25,7 @@ mod recovery;
 mod remembered;
 mod series;
 mod theme;
+mod under;
 mod unsaved;
 mod widgets;
 mod words;
@@ -32,7 +33,7 @@ mod words;
 use bench::Bench;
 use bregma_field::Volume;
 use bregma_measure::DifferenceRay;
-use bregma_renderer::{Backend, Integrator, Picture, Scene, Setting, Solver};
+use bregma_renderer::{Backend, BodyPlane, Integrator, Picture, Scene, Setting, Solver};
 use bregma_session::{Compare, Source};
 use commands::COMMANDS;
 use egui::{Align, CentralPanel, Context, Frame, Label, Layout, Panel, Rect, RichText, Ui, ViewportCommand};
@@ -40,7 +41,7 @@ use letters::Letters;
 use loading::Loading;
 use measured::Tool;
 use panels::{Command, Panels};
-use picture::{compare_bar, tools};
+use picture::{compare_bar, slice_views, tools};
 use remembered::Remembered;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -96,7 +97,7 @@ impl Workstation {
 
     /// The picture on the screen is the exact one of what is open.
     pub fn is_settled(&self) -> bool {
-        !self.is_loading() && self.bench.painter.is_settled()
+        !self.is_loading() && self.bench.painter.is_settled() && self.bench.slices.are_settled(&self.bench.work)
     }
 
     /// What is drawn.
@@ -112,6 +113,21 @@ impl Workstation {
     /// Where the picture lies in the window, in points.
     pub fn picture_rect(&self) -> Option<Rect> {
         self.bench.view.rect
+    }
+
+    /// How slices are looked at.
+    pub fn slices(&self) -> &bregma_session::Slices {
+        &self.bench.work.opened.slices
+    }
+
+    /// The newest picture of a slice, and where it lies in the window, in points.
+    pub fn slice(&self, plane: BodyPlane) -> Option<(&Picture, Rect)> {
+        self.bench.slices.seen(plane)
+    }
+
+    /// What the status line says of the point under the mouse.
+    pub fn under(&self) -> String {
+        under::text(&self.bench)
     }
 
     /// The chart of speed and accuracy.
@@ -180,6 +196,7 @@ impl Workstation {
             };
             let adapter = if p.backend == Backend::Cpu { p.adapter.replacen("cpu", "CPU", 1) } else { p.adapter.clone() };
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+                under::show(ui, &self.bench);
                 let text = format!("{quality}  ·  {:.0} ms  ·  {adapter}", p.millis);
                 ui.add(Label::new(RichText::new(text).weak()).truncate());
             });
@@ -218,6 +235,18 @@ impl Workstation {
 
     fn picture_ui(&mut self, ui: &mut Ui) {
         let Self { bench, panels, .. } = self;
+        bench.under_mm = None;
+        let (picture, planes) = slice_views::divide(bench.work.opened.slices.layout, ui.available_rect_before_wrap());
+        for (plane, rect) in planes {
+            let shown = bench.slices.show(ui, plane, rect, &mut bench.work, &mut bench.view, &bench.found);
+            match shown {
+                Ok(under_mm) => bench.under_mm = bench.under_mm.or(under_mm),
+                Err(text) => bench.messages.note(text),
+            }
+        }
+        let Some(rect) = picture else { return };
+        let ui = &mut ui.new_child(egui::UiBuilder::new().max_rect(rect));
+        bench.under_mm = bench.under_mm.or_else(|| bench.view.under(ui, &bench.work));
         match bench.view.show(ui, &mut bench.work, &bench.found, bench.hovered_mm) {
             Ok(size) => {
                 let resting = bench.view.is_resting(ui.ctx());

@@ -14,7 +14,7 @@ use crate::cpu::face_color;
 use crate::frame::{Frame, FrameLayer};
 use crate::modes::RayValue;
 use crate::named;
-use crate::scene::{CutFace, Picture, Scene};
+use crate::scene::{CutFace, Picture, Scene, Window};
 use crate::skip::BLOCK;
 use bregma_field::Surface;
 use glam::Vec3;
@@ -55,13 +55,16 @@ pub struct Slice {
     pub slab: Slab,
     /// How values are coloured.
     pub face: CutFace,
+    /// Which values are black and white; of Hounsfield units 1000 about 400, else all that the first scan holds when absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub window: Option<Window>,
     /// How wide the contours of the isosurfaces on the plane are drawn, pixels; 0 for none.
     pub contour_px: f32,
 }
 
 impl Default for Slice {
     fn default() -> Self {
-        Self { thickness_mm: 0.0, slab: Slab::Mean, face: CutFace::Density, contour_px: 1.5 }
+        Self { thickness_mm: 0.0, slab: Slab::Mean, face: CutFace::Density, window: None, contour_px: 1.5 }
     }
 }
 

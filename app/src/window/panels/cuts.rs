@@ -10,8 +10,8 @@ use egui::{Align, CollapsingHeader, DragValue, Frame, Grid, Layout, RichText, Sl
 use glam::DVec3;
 use std::sync::Arc;
 
-/// What a cut shows, its name, and what that is.
-const FACES: [(CutFace, &str, &str); 5] = [
+/// What a cut or a slice shows of values, its name, and what that is.
+pub const FACES: [(CutFace, &str, &str); 5] = [
     (CutFace::Bone, "Bone", "The bone's section in its colour; nothing of what is not bone"),
     (CutFace::Density, "Density", "All values as grey, as on a CT slice"),
     (CutFace::Blend, "Blend", "All scans' values, each in its colour, added: where they agree it is white"),

@@ -14,7 +14,9 @@ pub fn show(ui: &mut Ui, bench: &mut Bench) {
     CollapsingHeader::new("Look").default_open(true).show(ui, |ui| {
         Grid::new("modes").spacing([5.0, 2.0]).show(ui, |ui| {
             ui.spacing_mut().icon_spacing = 2.0;
-            for row in Mode::ALL.chunks(3) {
+            // Slices have views of their own.
+            let modes: Vec<Mode> = Mode::ALL.iter().copied().filter(|mode| !mode.uses(Setting::Slice)).collect();
+            for row in modes.chunks(3) {
                 for mode in row {
                     let facts = mode.facts();
                     ui.radio_value(&mut scene.mode, *mode, facts.title).on_hover_text(facts.shows);

@@ -13,6 +13,7 @@ mod registered;
 mod scan;
 mod scans;
 mod shells;
+mod slices;
 mod stretches;
 mod thickness;
 mod transfer_editor;
@@ -102,7 +103,7 @@ const PLAIN: Panel =
 
 const NONE: Modifiers = Modifiers::NONE;
 
-const PANELS: [Panel; 9] = [
+const PANELS: [Panel; 10] = [
     Panel {
         place: Place::Left,
         show: |p, bench, ui| {
@@ -118,6 +119,7 @@ const PANELS: [Panel; 9] = [
         ..PLAIN
     },
     Panel { place: Place::Left, show: |_, bench, ui| look::show(ui, bench), ..PLAIN },
+    Panel { place: Place::Left, commands: slices::COMMANDS, show: |_, bench, ui| slices::show(ui, bench), ..PLAIN },
     Panel { place: Place::Left, show: |_, bench, ui| cuts::show(ui, &mut bench.work), ..PLAIN },
     Panel {
         place: Place::Right(Tab::Rays, "Rays"),

@@ -5,7 +5,7 @@ use super::super::widgets::color;
 use super::cast::Found;
 use super::navigate::{anatomical, mm_per_pixel};
 use bregma_renderer::{Camera, Projection};
-use bregma_session::Landmark;
+use bregma_session::{Landmark, Slices};
 use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Sense, Stroke, Ui, Vec2, vec2};
 use glam::DVec3;
 
@@ -59,6 +59,54 @@ fn text(painter: &Painter, at: Pos2, anchor: Align2, text: &str, size: f32) {
     }
     painter.text(at, anchor, text, font, Color32::from_gray(235));
 }
+
+/// The name of a view, and where it lies, in its upper left corner.
+pub fn title(painter: &Painter, screen: &Screen<'_>, name: &str) {
+    text(painter, screen.rect.left_top() + vec2(8.0, 6.0), Align2::LEFT_TOP, name, 13.0);
+}
+
+/// Half the length of the arms of the cross in the picture, in points.
+const ARM: f64 = 14.0;
+
+/// The point that all slices go through, with an arm along each of their axes.
+pub fn cross(painter: &Painter, screen: &Screen<'_>, slices: &Slices) {
+    let arm_mm = ARM * mm_per_pixel(screen.camera, f64::from(screen.rect.height()));
+    for axis in [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| arm_mm * (slices.turn * axis)) {
+        if let Some(ends) = screen.line([slices.at_mm - axis, slices.at_mm + axis]) {
+            line(painter, ends, 1.0, CROSS);
+        }
+    }
+}
+
+/// The lines on which a slice meets the other two, but for a gap around their point.
+pub fn crosshair(painter: &Painter, screen: &Screen<'_>, at_mm: DVec3) {
+    const GAP: f32 = 9.0;
+    let Some(at) = screen.point(at_mm) else { return };
+    let (rect, stroke) = (screen.rect, Stroke::new(1.0, CROSS.gamma_multiply(0.6)));
+    for ends in [
+        [Pos2::new(rect.left(), at.y), Pos2::new(at.x - GAP, at.y)],
+        [Pos2::new(at.x + GAP, at.y), Pos2::new(rect.right(), at.y)],
+        [Pos2::new(at.x, rect.top()), Pos2::new(at.x, at.y - GAP)],
+        [Pos2::new(at.x, at.y + GAP), Pos2::new(at.x, rect.bottom())],
+    ] {
+        painter.line_segment(ends, stroke);
+    }
+}
+
+/// Where a cut's plane n·x = offset meets a slice; none where they are parallel.
+pub fn cut(screen: &Screen<'_>, normal: DVec3, offset_mm: f64) -> Option<[Pos2; 2]> {
+    let basis = screen.camera.basis();
+    let along = normal.cross(basis.forward).try_normalize()?;
+    let across = normal.reject_from_normalized(basis.forward);
+    let foot = screen.camera.target_mm + (offset_mm - normal.dot(screen.camera.target_mm)) / across.length_squared() * across;
+    // Farther than any view.
+    let half_mm = 2.0 * mm_per_pixel(screen.camera, 1.0) * f64::from(screen.rect.width() / screen.rect.height()).max(1.0);
+    let middle = foot + (screen.camera.target_mm - foot).dot(along) * along;
+    screen.line([middle - half_mm * along, middle + half_mm * along])
+}
+
+/// Of what belongs to slices.
+const CROSS: Color32 = Color32::from_rgb(150, 220, 150);
 
 /// A line with a dark edge, legible on any background.
 pub fn line(painter: &Painter, ends: [Pos2; 2], width: f32, color: Color32) {

@@ -6,6 +6,7 @@ mod cut_handles;
 pub mod marks;
 pub mod navigate;
 pub mod painter;
+pub mod slice_views;
 mod threshold_curve;
 pub mod tools;
 pub mod view;

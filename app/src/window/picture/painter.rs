@@ -77,11 +77,21 @@ pub struct Painter {
 }
 
 impl Painter {
-    /// Starts the thread.
+    /// Starts the thread, with the best machine there is.
     pub fn new(ctx: &Context) -> Self {
+        Self::by(ctx, Machine::auto, 4)
+    }
+
+    /// Starts the thread for slices, which the processor draws at once.
+    pub fn of_slices(ctx: &Context) -> Self {
+        Self::by(ctx, || (Box::new(CpuRenderer::default()), None), 1)
+    }
+
+    /// Draws by what `open` opens, and what moves at first with a pixel for so many across.
+    fn by(ctx: &Context, open: Open, reduction: u32) -> Self {
         let shared = Arc::new(Shared::default());
         let (theirs, ctx) = (Arc::clone(&shared), ctx.clone());
-        std::thread::spawn(move || Worker::new(&theirs, Machine::auto).run(&theirs, &ctx));
+        std::thread::spawn(move || Worker { reduction, ..Worker::new(&theirs, open) }.run(&theirs, &ctx));
         Self { shared, wish: None, number: 0, answered: 0, exact: false }
     }
 

@@ -13,6 +13,7 @@ use egui::emath::GuiRounding;
 use egui::{
     Color32, ColorImage, CursorIcon, PointerButton, Pos2, Rect, Response, Role, Sense, TextureHandle, TextureOptions, Ui, WidgetInfo,
 };
+use glam::DVec3;
 use std::f64::consts::PI;
 
 /// The picture on the screen.
@@ -170,6 +171,9 @@ impl View {
         for (rect, size) in panes.iter().copied() {
             let screen = Screen { camera: &work.opened.scene.camera, rect, size };
             marks(&ui.painter_at(rect), &screen, &work.measured, found, hovered_mm);
+            if !work.opened.slices.layout.planes().is_empty() {
+                marks::cross(&ui.painter_at(rect), &screen, &work.opened.slices);
+            }
         }
         if let Some((rect, size)) = panes.last().copied() {
             marks::scale_bar(ui, &Screen { camera: &work.opened.scene.camera, rect, size });
@@ -271,16 +275,40 @@ impl View {
                 work.measured.add_ray(out_of_bone(work, ray)?);
             }
             Tool::Landmark => work.measured.set_landmark(landmark_at(&surface, point), surface.volume.name()),
-            _ => match self.first_point.take() {
-                None => self.first_point = Some(point),
-                Some(first) => {
-                    let ray = Ray::new(first, point.0 - first.0).ok_or("The two points are one: click on another.")?;
-                    // From a little before the first point, so that the surface there is seen.
-                    work.measured.add_ray(out_of_bone(work, Ray { origin: ray.at(-POINTS_BEFORE_MM), ..ray })?);
-                }
-            },
+            _ => self.take_point(work, point)?,
         }
         Ok(())
+    }
+
+    /// Takes the first of two points, or casts a ray through both.
+    pub fn take_point(&mut self, work: &mut Work, point: bregma_field::WorldPoint) -> Result<(), String> {
+        let Some(first) = self.first_point.take() else {
+            self.first_point = Some(point);
+            return Ok(());
+        };
+        let ray = Ray::new(first, point.0 - first.0).ok_or("The two points are one: click on another.")?;
+        // From a little before the first point, so that the surface there is seen.
+        work.measured.add_ray(out_of_bone(work, Ray { origin: ray.at(-POINTS_BEFORE_MM), ..ray })?);
+        Ok(())
+    }
+
+    /// The point of what is drawn that lies under the mouse.
+    pub fn under(&self, ui: &Ui, work: &Work) -> Option<DVec3> {
+        let (rect, painted) = (self.rect?, self.painted.as_ref()?);
+        let at = ui.ctx().pointer_hover_pos().filter(|at| rect.contains(*at))?;
+        let size = [painted.picture.width, painted.picture.height];
+        let scale = size[1] as f32 / rect.height();
+        let [x, y] = [(at.x - rect.left()) * scale, (at.y - rect.top()) * scale].map(|v| v.max(0.0) as u32);
+        let depth_mm = *painted.picture.depth_mm.get((y * size[0] + x) as usize).filter(|_| x < size[0])?;
+        // Of two pictures beside each other each has its own width.
+        let widths: Vec<u32> = if work.opened.compare == Compare::SideBySide && painted.parts.len() == 2 {
+            painted.parts.iter().map(|part| part.width).collect()
+        } else {
+            vec![size[0]]
+        };
+        let (x, width) = if x < widths[0] { (x, widths[0]) } else { (x - widths[0], *widths.get(1)?) };
+        let ray = work.opened.scene.camera.ray(f64::from(x), f64::from(y), width, size[1]);
+        depth_mm.is_finite().then(|| ray.at(f64::from(depth_mm)).0)
     }
 }
 
