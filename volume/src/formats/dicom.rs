@@ -12,7 +12,7 @@ mod pixels;
 mod placeless;
 pub mod series;
 
-use super::decode::{Encoding, SampleType};
+use super::decode::{Encoding, SampleType, f16s, f32s, f64s};
 use super::entries::{entry_at, in_folder};
 use super::entry::Entry;
 use super::stack::{self, Mix, Slice};
@@ -21,6 +21,7 @@ use crate::volume::{Metadata, slices_off};
 use crate::{Progress, Unit};
 use dicom_dictionary_std::tags;
 use glam::DVec3;
+use half::f16;
 use header::Header;
 use padding::Padding;
 use pixels::Storing;
@@ -44,7 +45,7 @@ fn sniff(path: &Path, head: &[u8], progress: &Progress) -> bool {
 
 /// Whether a file begins as DICOM does.
 pub fn is_dicom(entry: &Entry, progress: &Progress) -> bool {
-    entry.head(HEAD, progress).is_ok_and(|head| header::is_dicom(&head))
+    entry.gunzipped().head(HEAD, progress).is_ok_and(|head| header::is_dicom(&head))
 }
 
 /// One image: a frame of a file.
@@ -283,19 +284,24 @@ fn scaled(bytes: &[u8], sample: SampleType, [slope, intercept]: [f64; 2]) -> Vec
 
 /// Samples `part` of the way from one slice to the next, whole numbers rounded.
 pub fn blend(of: &[u8], and: &[u8], part: f64, sample: SampleType) -> Vec<u8> {
-    let n = sample.bytes();
     let mix = |a: f64, b: f64| a + (b - a) * part;
-    let pairs = of.chunks_exact(n).zip(and.chunks_exact(n));
-    if sample == SampleType::F32 {
-        let float = |b: &[u8]| f64::from(f32::from_le_bytes(b.try_into().expect("a chunk of a float32 has 4 bytes")));
-        return pairs.flat_map(|(a, b)| (mix(float(a), float(b)) as f32).to_le_bytes()).collect();
+    match sample {
+        SampleType::F16 => {
+            let pairs = f16s(of, false).zip(f16s(and, false));
+            pairs.flat_map(|(a, b)| f16::from_f64(mix(a.into(), b.into())).to_le_bytes()).collect()
+        }
+        SampleType::F32 => {
+            let pairs = f32s(of, false).zip(f32s(and, false));
+            pairs.flat_map(|(a, b)| (mix(a.into(), b.into()) as f32).to_le_bytes()).collect()
+        }
+        SampleType::F64 => f64s(of, false).zip(f64s(and, false)).flat_map(|(a, b)| mix(a, b).to_le_bytes()).collect(),
+        _ => {
+            let n = sample.bytes();
+            let pairs = of.chunks_exact(n).zip(and.chunks_exact(n));
+            let mixed = |(a, b)| mix(whole(a, sample) as f64, whole(b, sample) as f64).round() as i64;
+            pairs.flat_map(|pair| mixed(pair).to_le_bytes().into_iter().take(n)).collect()
+        }
     }
-    pairs
-        .flat_map(|(a, b)| {
-            let value = mix(whole(a, sample) as f64, whole(b, sample) as f64).round() as i64;
-            value.to_le_bytes().into_iter().take(n)
-        })
-        .collect()
 }
 
 /// What is kept beside the samples: of the scan and the scanner, nothing of the person.

@@ -88,7 +88,7 @@ fn all(path: &Path, progress: &Progress, warnings: &mut Vec<String>) -> Result<V
 
 /// The series of one file: its own.
 fn of_file(path: &Path, hints: &Hints, progress: &Progress, warnings: &mut Vec<String>) -> Result<Vec<Header>, ReadError> {
-    let entry = entry_at(path, progress)?;
+    let entry = entry_at(path, progress)?.gunzipped();
     let header = Header::read(&entry, progress)?;
     if header.pixels.is_none() {
         return Err(ReadError::NoImages);
@@ -117,7 +117,7 @@ fn headers(entries: Vec<Entry>, progress: &Progress, warnings: &mut Vec<String>)
         .par_iter()
         .map(|entry| {
             // The bytes of headers are few; the work is counted in files.
-            let header = progress.advance(1).map_err(ReadError::from).and_then(|()| Header::read_if_dicom(entry, &Progress::default()));
+            let header = progress.advance(1).map_err(ReadError::from).and_then(|()| Header::read_if_dicom(&entry.gunzipped(), &Progress::default()));
             header.map_err(|e| (entry.name.clone(), e))
         })
         .collect();
