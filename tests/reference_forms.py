@@ -69,6 +69,7 @@ def of_pydicom(path):
     stored = stored.astype("f4") if stored.dtype.newbyteorder("=") == "uint32" else stored
     values = stored * float(one.get("RescaleSlope", 1)) + float(one.get("RescaleIntercept", 0))
     i, j = np.array(one.ImageOrientationPatient, float).reshape(2, 3)
+    i, j = i / np.linalg.norm(i), j / np.linalg.norm(j)
     dj, di = map(float, one.PixelSpacing)
     offsets = one.get("GridFrameOffsetVector")
     dk = float(offsets[1] - offsets[0]) if offsets else float(one.get("SpacingBetweenSlices") or one.get("SliceThickness") or 1)
