@@ -82,7 +82,8 @@ fn what_is_nested_is_not_the_images_own() {
         .concat()
     };
     // Of undefined length: the icon's item, in a sequence, in an item of another; the outer ones are of type UN (PS3.5 6.2.2, note 2).
-    let open_item = |content: Vec<u8>| [vec![0xfe, 0xff, 0, 0xe0, 255, 255, 255, 255], content, vec![0xfe, 0xff, 0x0d, 0xe0, 0, 0, 0, 0]].concat();
+    let open_item =
+        |content: Vec<u8>| [vec![0xfe, 0xff, 0, 0xe0, 255, 255, 255, 255], content, vec![0xfe, 0xff, 0x0d, 0xe0, 0, 0, 0, 0]].concat();
     let open_sequence = |tag: [u8; 4], vr: &[u8], items: Vec<u8>| {
         let head = [&tag[..], vr, if vr.is_empty() { &[] } else { &[0, 0] }, &[255; 4]].concat();
         [head, items, vec![0xfe, 0xff, 0xdd, 0xe0, 0, 0, 0, 0]].concat()
@@ -150,7 +151,8 @@ fn bytes_that_should_not_be_there_change_nothing() {
 fn places_decide_and_not_numbers() {
     // PS3.3 C.7.6.2.1.1: ImagePositionPatient is where the first sample of an image lies; C.7.6.1: InstanceNumber is a number that identifies it.
     let folder = Folder::new("series-order");
-    let reversed = |k: usize| Dicom::slice(k).with((0x20, 0x13), "IS", &(4 - k).to_string()).with((0x20, 0x1041), "DS", &format!("{}", -2 * k as i64));
+    let reversed =
+        |k: usize| Dicom::slice(k).with((0x20, 0x13), "IS", &(4 - k).to_string()).with((0x20, 0x1041), "DS", &format!("{}", -2 * k as i64));
     is_the_scan("numbers from the top", series(&folder, "reversed", dicom_files(reversed)));
     let same = |k: usize| Dicom::slice(k).with((0x20, 0x13), "IS", "1");
     is_the_scan("one number for all", series(&folder, "same", dicom_files(same)));
@@ -159,7 +161,11 @@ fn places_decide_and_not_numbers() {
     let at = |k: usize| DVec3::new(-10.0, 20.0 + 0.4 * k as f64, 30.0 - 2.0 * k as f64);
     let tilted = |k: usize| {
         let p = at(k);
-        Dicom::slice(k).with(POSITION, "DS", &format!("{}\\{}\\{}", p.x, p.y, p.z)).with(DIRECTIONS, "DS", &format!("1\\0\\0\\0\\{cos}\\{sin}"))
+        Dicom::slice(k).with(POSITION, "DS", &format!("{}\\{}\\{}", p.x, p.y, p.z)).with(
+            DIRECTIONS,
+            "DS",
+            &format!("1\\0\\0\\0\\{cos}\\{sin}"),
+        )
     };
     let volume = series(&folder, "tilted", dicom_files(tilted)).unwrap();
     for k in 0..4 {
@@ -188,7 +194,9 @@ fn rounded_directions_are_directions() {
         });
         let normal = i.cross(j).normalize();
         let at = |k: usize| normal * 2.0 * k as f64;
-        let make = |k: usize| Dicom::slice(k).with(DIRECTIONS, "DS", written).with(POSITION, "DS", &format!("{}\\{}\\{}", at(k).x, at(k).y, at(k).z));
+        let make = |k: usize| {
+            Dicom::slice(k).with(DIRECTIONS, "DS", written).with(POSITION, "DS", &format!("{}\\{}\\{}", at(k).x, at(k).y, at(k).z))
+        };
         let volume = series(&folder, "rounded", dicom_files(make)).unwrap_or_else(|e| panic!("{what}: {e}"));
         assert_eq!(values(&volume), hu(), "{what}");
         assert!((volume.grid().spacing_mm() - DVec3::from(SPACING_MM)).length() < 1e-6, "{what}: {}", volume.grid().spacing_mm());
@@ -217,7 +225,8 @@ fn times_and_echoes_are_scans_of_their_own() {
         let path = Small { name: "two", files, open: "" }.write(&folder);
         let listed = formats::series(&path, &Progress::default()).unwrap();
         assert!(listed.len() == 2 && listed.iter().any(|s| s.to_string().contains(word)), "{word}: {listed:?}");
-        let read = |n: usize| open(&path.with_file_name(format!("two#{}", listed[n].key)), &Hints::default(), &Progress::default()).unwrap();
+        let read =
+            |n: usize| open(&path.with_file_name(format!("two#{}", listed[n].key)), &Hints::default(), &Progress::default()).unwrap();
         let seen = [values(&read(0)), values(&read(1))];
         assert!(seen == [hu(), other.clone()] || seen == [other.clone(), hu()], "{word}");
     }
@@ -285,7 +294,8 @@ fn the_list_of_a_disc_is_not_the_disc() {
     let folder = Folder::new("series-disc");
     let list = Dicom { syntax: EXPLICIT, elements: Default::default(), fragments: None }.with((0x4, 0x1130), "CS", "DISC");
     let files: Vec<(String, Vec<u8>)> =
-        [vec![named("DICOMDIR", &list)], files(|k| Dicom::slice(k).bytes()).into_iter().map(|(n, b)| (format!("IMAGES/{n}"), b)).collect()].concat();
+        [vec![named("DICOMDIR", &list)], files(|k| Dicom::slice(k).bytes()).into_iter().map(|(n, b)| (format!("IMAGES/{n}"), b)).collect()]
+            .concat();
     let path = Small { name: "disc", files: files.clone(), open: "DICOMDIR" }.write(&folder);
     let read = |path: &std::path::Path| open(path, &Hints::default(), &Progress::default()).map_err(|e| e.to_string());
     is_the_scan("by its list", read(&path));

@@ -104,7 +104,8 @@ fn floats_are_interpolated_as_numbers() {
         TiffEncoder::new(&mut out).unwrap().write_image::<colortype::Gray64Float>(8, 6, &[value; 48]).unwrap();
         out.into_inner()
     };
-    let path = put(&folder, "gap", &[("s1.tif", picture(-0.75)), ("s2.tif", picture(1.0)), ("s3.tif", picture(2.5)), ("s5.tif", picture(1.25))]);
+    let path =
+        put(&folder, "gap", &[("s1.tif", picture(-0.75)), ("s2.tif", picture(1.0)), ("s3.tif", picture(2.5)), ("s5.tif", picture(1.25))]);
     let hints = Hints { uneven: Uneven::Resample, ..Hints::default() };
     assert_eq!(first_of(&open(&path, &hints, &Progress::default()).unwrap()), [-0.75, 1.0, 2.5, 1.875, 1.25]);
 }

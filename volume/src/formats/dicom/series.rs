@@ -121,7 +121,8 @@ fn headers(entries: Vec<Entry>, progress: &Progress, warnings: &mut Vec<String>)
         .par_iter()
         .map(|entry| {
             // The bytes of headers are few; the work is counted in files.
-            let header = progress.advance(1).map_err(ReadError::from).and_then(|()| Header::read_if_dicom(&entry.gunzipped(), &Progress::default()));
+            let header =
+                progress.advance(1).map_err(ReadError::from).and_then(|()| Header::read_if_dicom(&entry.gunzipped(), &Progress::default()));
             header.map_err(|e| (entry.name.clone(), e))
         })
         .collect();
