@@ -113,7 +113,7 @@ def by_numpy(folder, samples):
     for name, array in arrays.items():
         path = folder / f"{name}.npy"
         np.save(path, array)
-        kept = {"big": "u2", "half": "f4"}.get(name, "u2")
+        kept = {"big": "i2", "half": "f4"}.get(name, "u2")
         read = lambda p=path, k=kept: placed((lambda a: a.T if a.flags.f_contiguous else a)(np.load(p)).astype(k), (1, 1, 1))
         yield path, {"numpy": read}
 
@@ -142,15 +142,16 @@ def by_tifffile(folder, samples):
         "packbits": {"compression": "packbits"},
         "tiles": {"tile": (16, 16), "compression": "zlib"},
         "big": {"bigtiff": True, "byteorder": ">"},
-        "half": {"compression": "zlib"},
     }
     for name, way in ways.items():
         path = folder / f"{name}.ome.tif"
         sizes = {f"PhysicalSize{a}": s for a, s in zip("XYZ", SPACING)} | {f"PhysicalSize{a}Unit": "mm" for a in "XYZ"}
-        kept = (samples >> 1).astype("f2") if name == "half" else samples
-        tifffile.imwrite(path, kept, ome=True, metadata={"axes": "ZYX"} | sizes, photometric="minisblack", **way)
-        # Floats of 16 bits are kept as float32.
-        yield path, {"tifffile": lambda p=path, k="f4" if name == "half" else "u2": placed(tifffile.imread(p).astype(k))}
+        tifffile.imwrite(path, samples, ome=True, metadata={"axes": "ZYX"} | sizes, photometric="minisblack", **way)
+        yield path, {"tifffile": lambda p=path: placed(tifffile.imread(p))}
+    # Floats of 16 bits, which OME and ImageJ do not know: without a spacing, and kept as float32.
+    half = folder / "half.tif"
+    tifffile.imwrite(half, (samples >> 1).astype("f2"), compression="zlib", metadata=None)
+    yield half, {"tifffile": lambda: placed(tifffile.imread(half).astype("f4"), (1, 1, 1))}
     path = folder / "imagej.tif"
     tifffile.imwrite(path, samples, imagej=True, resolution=(1 / SPACING[0], 1 / SPACING[1]), metadata={"spacing": SPACING[2], "unit": "mm", "axes": "ZYX"})
     yield path, {"tifffile": lambda p=path: placed(tifffile.imread(p))}
