@@ -121,7 +121,11 @@ fn dicom_series_are_read_as_other_programs_read_them() {
     ] {
         assert_eq!((v.grid().dims(), v.samples().type_name(), v.unit(), v.intercept()), (dims, "u16", Unit::Hounsfield, -1024.0));
         // The direction of j is written with 7 digits, so its length is 1 to 1e-7, which scales no spacing.
-        assert!(v.grid().spacing_mm().abs_diff_eq(spacing_mm, 1e-12) && v.grid().origin_mm().abs_diff_eq(origin_mm, 1e-9), "{:?}", v.grid());
+        assert!(
+            v.grid().spacing_mm().abs_diff_eq(spacing_mm, 1e-12) && v.grid().origin_mm().abs_diff_eq(origin_mm, 1e-9),
+            "{:?}",
+            v.grid()
+        );
         assert_eq!(sum(v), expected_sum, "{}", v.name());
         for &([i, j, k], value) in values {
             assert_eq!(v.samples().get_f64((k * dims[1] + j) * dims[0] + i), value, "{} at {i}, {j}, {k}", v.name());
