@@ -69,6 +69,7 @@ def of_pydicom(path):
     stored = stored.astype("f4") if stored.dtype.newbyteorder("=") == "uint32" else stored
     values = stored * float(one.get("RescaleSlope", 1)) + float(one.get("RescaleIntercept", 0))
     i, j = np.array(one.ImageOrientationPatient, float).reshape(2, 3)
+    i, j = i / np.linalg.norm(i), j / np.linalg.norm(j)
     dj, di = map(float, one.PixelSpacing)
     offsets = one.get("GridFrameOffsetVector")
     dk = float(offsets[1] - offsets[0]) if offsets else float(one.get("SpacingBetweenSlices") or one.get("SliceThickness") or 1)
@@ -106,6 +107,33 @@ def by_vtk(folder, samples):
             yield path, {"VTK": lambda p=path: of_vtk(vtk.vtkXMLImageDataReader(), p)}
 
 
+def by_numpy(folder, samples):
+    """Arrays state no spacing: 1 mm. What of the samples does not fit a float16 is not asked of it."""
+    arrays = {"c": samples, "fortran": np.asfortranarray(samples).transpose(2, 1, 0), "big": samples.astype(">i4"), "half": (samples >> 1).astype("<f2")}
+    for name, array in arrays.items():
+        path = folder / f"{name}.npy"
+        np.save(path, array)
+        kept = {"big": "i2", "half": "f4"}.get(name, "u2")
+        read = lambda p=path, k=kept: placed((lambda a: a.T if a.flags.f_contiguous else a)(np.load(p)).astype(k), (1, 1, 1))
+        yield path, {"numpy": read}
+
+
+def by_nibabel(folder, samples):
+    """Analyze 7.5, whose axes nibabel takes as left, anterior, superior, too. It states no origin: nibabel takes the middle, we the first sample."""
+    for name, order in (("little", "<"), ("big", ">")):
+        image = nibabel.AnalyzeImage(samples.transpose(2, 1, 0).astype("i2"), None, nibabel.AnalyzeHeader(endianness=order))
+        image.header.set_zooms(SPACING)
+        path = folder / f"analyze-{name}.hdr"
+        nibabel.save(image, path.with_suffix(".img"))
+
+        def read(p=path):
+            values, to_world, kind = of_nibabel(p.with_suffix(".img"))
+            to_world[:3, 3] = 0
+            return values, to_world, kind
+
+        yield path, {"nibabel": read}
+
+
 def by_tifffile(folder, samples):
     ways = {
         "zlib": {"compression": "zlib"},
@@ -120,6 +148,10 @@ def by_tifffile(folder, samples):
         sizes = {f"PhysicalSize{a}": s for a, s in zip("XYZ", SPACING)} | {f"PhysicalSize{a}Unit": "mm" for a in "XYZ"}
         tifffile.imwrite(path, samples, ome=True, metadata={"axes": "ZYX"} | sizes, photometric="minisblack", **way)
         yield path, {"tifffile": lambda p=path: placed(tifffile.imread(p))}
+    # Floats of 16 bits, which OME and ImageJ do not know: without a spacing, and kept as float32.
+    half = folder / "half.tif"
+    tifffile.imwrite(half, (samples >> 1).astype("f2"), compression="zlib", metadata=None)
+    yield half, {"tifffile": lambda: placed(tifffile.imread(half).astype("f4"), (1, 1, 1))}
     path = folder / "imagej.tif"
     tifffile.imwrite(path, samples, imagej=True, resolution=(1 / SPACING[0], 1 / SPACING[1]), metadata={"spacing": SPACING[2], "unit": "mm", "axes": "ZYX"})
     yield path, {"tifffile": lambda p=path: placed(tifffile.imread(p))}
@@ -147,6 +179,18 @@ def by_bytes(folder, samples):
     yield folder / "s.vgi", {"numpy": raw}
     (folder / "s.pcr").write_text(f"[VolumeData]\nVolume_SizeX={nx}\nVolume_SizeY={ny}\nVolume_SizeZ={nz}\nFormat=5\nVoxelSizeRec=0.045\n")
     yield folder / "s.pcr", {"numpy": lambda: placed(raw()[0], (0.045,) * 3)}
+    # Drishti's slabs: their type and three sizes, then the samples.
+    names = [folder / f"d.pvl.nc.{n + 1:03}" for n in range(0, -(-nz // 10))]
+    for n, slab in enumerate(names):
+        part = samples[n * 10 : n * 10 + 10]
+        slab.write_bytes(struct.pack("<Biii", 2, *part.shape) + part.astype("<u2").tobytes())
+    (folder / "d.pvl.nc").write_text(
+        "<!DOCTYPE Drishti_Header>\n<PvlDotNcFileHeader>\n<voxeltype>unsigned short</voxeltype>\n<pvlvoxeltype>unsigned short</pvlvoxeltype>\n"
+        f"<gridsize>{nz} {ny} {nx}</gridsize>\n<voxelunit>micron</voxelunit>\n<voxelsize>{SPACING[0] * 1e3} {SPACING[1] * 1e3} {SPACING[2] * 1e3}"
+        "</voxelsize>\n<slabsize>10</slabsize>\n</PvlDotNcFileHeader>\n"
+    )
+    slabs = lambda: placed(np.concatenate([np.fromfile(f, "<u2", offset=13) for f in names]).reshape(samples.shape))
+    yield folder / "d.pvl.nc", {"numpy": slabs}
     box = " ".join(f"{0} {s * (n - 1)}" for s, n in zip(SPACING, (nx, ny, nz)))
     (folder / "s.am").write_bytes(
         f"# AmiraMesh BINARY-LITTLE-ENDIAN 2.1\n\ndefine Lattice {nx} {ny} {nz}\n\nParameters {{\n Units {{ Coordinates \"mm\" }}\n BoundingBox {box},\n"
@@ -192,6 +236,8 @@ def forms(data, folder):
     samples = np.clip(head, 0, 4095).astype("u2")
     yield from by_vtk(folder, samples)
     yield from by_tifffile(folder, samples)
+    yield from by_numpy(folder, samples)
+    yield from by_nibabel(folder, samples)
     yield from by_bytes(folder, samples)
     yield from pictures(folder, samples)
     yield from dicom(folder)

@@ -73,6 +73,8 @@ def of_positions(folder):
     i, j = np.array(sets[0].ImageOrientationPatient, float).reshape(2, 3)
     dj, di = map(float, sets[0].PixelSpacing)
     m = np.eye(4)
+    # Directions are unit vectors, whatever their digits leave of that.
+    i, j = i / np.linalg.norm(i), j / np.linalg.norm(j)
     m[:3, 0], m[:3, 1], m[:3, 2], m[:3, 3] = i * di, j * dj, (last - first) / (len(sets) - 1), first
     values = np.stack([s.pixel_array * float(s.RescaleSlope) + float(s.RescaleIntercept) for s in sets])
     return values, m, sets[0].pixel_array.dtype

@@ -56,6 +56,15 @@ impl Opened {
         };
         self.scene.clips.iter_mut().filter_map(|clip| clip.layers.as_mut()).flatten().for_each(|n| *n = swapped(*n));
     }
+
+    /// Puts scan number `from` in place `to` of the list; those between move by one.
+    pub fn carry(&mut self, from: usize, to: usize) {
+        if from < to {
+            (from..to).for_each(|n| self.swap(n, n + 1));
+        } else {
+            (to..from).rev().for_each(|n| self.swap(n, n + 1));
+        }
+    }
 }
 
 #[cfg(test)]
@@ -119,5 +128,28 @@ mod tests {
         std::fs::write(folder.join("pairs.json"), pairs).unwrap();
         assert_eq!(again.register(&folder.join("pairs.json")).unwrap(), 1);
         std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn a_scan_is_carried_past_others() {
+        // Fails if those that it passes change their order, or if a cut or a colour stays in its place.
+        let mut opened = pair();
+        opened.sources.push(opened.sources[0].clone());
+        opened.volumes.push(Arc::new(opened.volumes[0].renamed("C")));
+        opened.scene.layers.push(opened.scene.layers[0].clone());
+        opened.scene.clips.push(Clip { layers: Some(vec![0]), ..Clip::all(Shape::Plane { normal: DVec3::X, offset_mm: 1.0 }) });
+        let color = opened.scene.layers[0].color;
+        let names = |opened: &Opened| opened.volumes.iter().map(|v| v.name().to_owned()).collect::<Vec<_>>();
+        opened.carry(0, 2);
+        assert_eq!((names(&opened), opened.scene.layers[2].color), (["skull B", "C", "skull A"].map(String::from).to_vec(), color));
+        assert_eq!(opened.scene.clips[0].layers, Some(vec![2]));
+        opened.carry(2, 0);
+        assert_eq!(names(&opened), ["skull A", "skull B", "C"]);
+        opened.carry(2, 1);
+        opened.carry(1, 1);
+        assert_eq!(
+            (names(&opened), opened.scene.clips[0].layers.clone()),
+            (["skull A", "C", "skull B"].map(String::from).to_vec(), Some(vec![0]))
+        );
     }
 }

@@ -67,7 +67,7 @@ pub fn landmarks(file: &Path, points: &[Landmark], specimen: &str, made: &Made) 
     } else if name.ends_with(".fcsv") {
         landmarks::fcsv(points, &made.notes)
     } else if name.ends_with(".tps") {
-        landmarks::tps(points, specimen)
+        landmarks::tps(points, specimen, &made.notes)
     } else if name.ends_with(".txt") {
         landmarks::morphologika(points, specimen)
     } else if name.ends_with(".csv") {

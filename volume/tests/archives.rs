@@ -84,6 +84,27 @@ fn one_file_may_be_gzipped() {
 }
 
 #[test]
+fn gzipped_slices_in_an_archive_are_read() {
+    // Fails if slices that were packed one by one and then sent in an archive are no DICOM, each by itself or all of them.
+    let folder = Folder::new("gzipped-slices");
+    let plain = try_open(&Small { name: "p", files: dicom_files(Dicom::slice), open: "" }.write(&folder)).unwrap();
+    let files: Vec<(String, Vec<u8>)> = dicom_files(Dicom::slice).into_iter().map(|(n, b)| (format!("s/{n}.dcm.gz"), gzip(&b))).collect();
+    // `zip` packs every second file and stores the others.
+    for (name, bytes) in [("s.zip", zip(&files)), ("s.tar", tar(&files)), ("s.tgz", gzip(&tar(&files)))] {
+        let path = folder.put(name, &bytes);
+        for path in [path.clone(), path.join("s"), path.join("s/IM1.dcm.gz"), path.join("s/IM2.dcm.gz")] {
+            let opened = try_open(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+            assert!(same(&opened, &plain), "{}", path.display());
+        }
+    }
+    // Many frames in one file, which are asked for in any order, and an archive beside that is none.
+    let frames = try_open(&folder.put("m.dcm", &enhanced().bytes())).unwrap();
+    let files = [("m.dcm.gz".to_owned(), gzip(&enhanced().bytes())), ("b.tar.gz".into(), gzip(&tar(&[("readme.txt".into(), vec![1; 9])])))];
+    let opened = try_open(&folder.put("m.zip", &zip(&files))).unwrap();
+    assert!(same(&opened, &frames) && opened.warnings() == frames.warnings(), "{:?}", opened.warnings());
+}
+
+#[test]
 fn series_in_an_archive_are_offered() {
     // Fails if an archive has no series to choose from, or one of them cannot be named.
     let folder = Folder::new("archived-series");

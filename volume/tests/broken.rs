@@ -278,6 +278,10 @@ fn cases(folder: &Folder) -> Vec<Case> {
     add("DICOM of sizes beyond all numbers", one("IM1.dcm", &Dicom::slice(0).with((0x28, 0x10), "DS", "1e300").bytes()));
     add("VTI of more blocks than bytes", put_blocks());
     add("MetaImage of a billion files", text("MetaImage", "DimSize = 8 6 4\n", "DimSize = 8 6 4000000000\n").pattern());
+    add(
+        "the list of a disc without the disc",
+        one("DICOMDIR", &Dicom { syntax: EXPLICIT, elements: Default::default(), fragments: None }.bytes()),
+    );
     add("DICOM of an unknown syntax", dicom(|k| Dicom { syntax: "1.2.3.4.5", ..Dicom::slice(k) }));
     add("DICOM by JPEG, damaged", one("IM1.dcm", &Dicom::slice(0).packed(JPEG_LOSSLESS, vec![packed("jpeg")[..50].to_vec()]).bytes()));
     let twelve = [0xff, 0xd8, 0xff, 0xc1, 0, 11, 12, 0, 6, 0, 8, 1, 1, 0x11, 0, 0];

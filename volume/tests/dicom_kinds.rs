@@ -7,42 +7,8 @@ mod small;
 use bregma_volume::formats::{self, Hints, open};
 use bregma_volume::{Progress, ReadSamples, Volume};
 use glam::DVec3;
+use small::same::*;
 use small::*;
-
-fn read_all(folder: &Folder, name: &'static str, files: Vec<(String, Vec<u8>)>) -> Result<Volume, String> {
-    let path = Small { name, files, open: "" }.write(folder);
-    open(&path, &Hints::default(), &Progress::default()).map_err(|e| e.to_string())
-}
-
-fn values(volume: &Volume) -> Vec<f64> {
-    (0..volume.samples().len()).map(|n| volume.value_of(volume.samples().get_f64(n))).collect()
-}
-
-fn hu() -> Vec<f64> {
-    let [nx, ny, nz] = DIMS;
-    (0..nx * ny * nz).map(|n| f64::from(sample(n % nx, n / nx % ny, n / (nx * ny))) - 1024.0).collect()
-}
-
-/// The scan that all of these are.
-fn is_the_scan(what: &str, read: Result<Volume, String>) -> Volume {
-    let volume = read.unwrap_or_else(|e| panic!("{what}: {e}"));
-    assert_eq!(values(&volume), hu(), "{what}");
-    assert!((volume.grid().spacing_mm() - DVec3::from(SPACING_MM)).length() < 1e-9, "{what}: {:?}", volume.grid());
-    assert_eq!(volume.grid().origin_mm(), DVec3::new(-10.0, 20.0, 30.0), "{what}");
-    volume
-}
-
-/// The data set of slice k as `change` leaves its elements, behind the meta information of `syntax`.
-fn rewritten(k: usize, syntax: &'static str, change: impl Fn((u16, u16), &str, &[u8]) -> Vec<u8>) -> Vec<u8> {
-    let slice = Dicom::slice(k);
-    let set: Vec<u8> = slice.elements.iter().flat_map(|(tag, (vr, value))| change(*tag, vr, value)).collect();
-    let empty = Dicom { syntax, elements: Default::default(), fragments: None };
-    [empty.bytes(), set].concat()
-}
-
-fn files(make: impl Fn(usize) -> Vec<u8>) -> Vec<(String, Vec<u8>)> {
-    (0..DIMS[2]).map(|k| (format!("IM{}", (k * 3 + 1) % 4), make(k))).collect()
-}
 
 #[test]
 fn unknown_types_are_known_by_their_tags() {

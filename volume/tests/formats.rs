@@ -116,6 +116,53 @@ fn floats_and_wide_numbers_stream_as_they_are_read() {
     }
 }
 
+/// What 16 bits are as a float (IEEE 754, binary16), finite ones.
+fn half(bits: u16) -> f64 {
+    let (exponent, fraction) = (i32::from(bits >> 10 & 31), f64::from(bits & 1023));
+    let size = if exponent == 0 { fraction * 2_f64.powi(-24) } else { (1.0 + fraction / 1024.0) * 2_f64.powi(exponent - 15) };
+    if bits >> 15 == 1 { -size } else { size }
+}
+
+#[test]
+fn floats_of_16_bits_are_read() {
+    // Fails if they are refused, taken as whole numbers, or lose their sign or what is below 2⁻¹⁴.
+    let folder = Folder::new("halves");
+    // Of every size and both signs, none infinite.
+    let bits: Vec<u16> = (0..192_u16).map(|n| n.wrapping_mul(2741) & 0xbbff).collect();
+    let want: Vec<f64> = bits.iter().map(|&b| half(b)).collect();
+    let bytes = |big: bool| bits.iter().flat_map(|b| if big { b.to_be_bytes() } else { b.to_le_bytes() }).collect::<Vec<u8>>();
+    let array = |order, big| {
+        let mut file = npy(order, "False", "4, 6, 8", &bytes(big));
+        let at = file.windows(2).position(|w| w == b"u2").unwrap();
+        file[at] = b'f';
+        file
+    };
+    let pages = |compression| {
+        let mut out = std::io::Cursor::new(vec![]);
+        let mut tiff = tiff::encoder::TiffEncoder::new(&mut out).unwrap().with_compression(compression);
+        bits.chunks(48).for_each(|page| tiff.write_image::<tiff::encoder::colortype::Gray16>(8, 6, page).unwrap());
+        let mut file = out.into_inner();
+        // The format of a page's samples: tag 339, one number of 16 bits; 1 is whole, 3 a float.
+        let format = [0x53, 1, 3, 0, 1, 0, 0, 0, 1, 0];
+        while let Some(at) = file.windows(10).position(|w| w == format) {
+            file[at + 8] = 3;
+        }
+        file
+    };
+    for (name, file) in [
+        ("a.npy", array("<", false)),
+        ("b.npy", array(">", true)),
+        ("c.tif", pages(tiff::encoder::Compression::Uncompressed)),
+        ("d.tif", pages(tiff::encoder::Compression::Lzw)),
+    ] {
+        let path = folder.put(name, &file);
+        let volume = read(&path, &Hints::default());
+        assert_eq!((volume.type_name(), volume.grid().dims(), samples_of(&volume)), ("f32", DIMS, want.clone()), "{name}");
+        let survey = scan(&path, &Hints::default(), &Progress::default()).unwrap().survey(&Progress::default()).unwrap();
+        assert_eq!(&survey.summary.histogram, volume.histogram(), "{name}");
+    }
+}
+
 #[test]
 fn what_is_written_is_read_back() {
     // Fails if a form loses or rounds a sample, moves it by more than a nanometre, or forgets its unit, scale or metadata.

@@ -96,6 +96,21 @@ fn missing_pictures_are_said() {
 }
 
 #[test]
+fn floats_are_interpolated_as_numbers() {
+    // Fails if what lies between two pictures of floats is made of their bits, which gives no number between them.
+    let folder = Folder::new("kinds-float-gaps");
+    let picture = |value: f64| {
+        let mut out = std::io::Cursor::new(vec![]);
+        TiffEncoder::new(&mut out).unwrap().write_image::<colortype::Gray64Float>(8, 6, &[value; 48]).unwrap();
+        out.into_inner()
+    };
+    let path =
+        put(&folder, "gap", &[("s1.tif", picture(-0.75)), ("s2.tif", picture(1.0)), ("s3.tif", picture(2.5)), ("s5.tif", picture(1.25))]);
+    let hints = Hints { uneven: Uneven::Resample, ..Hints::default() };
+    assert_eq!(first_of(&open(&path, &hints, &Progress::default()).unwrap()), [-0.75, 1.0, 2.5, 1.875, 1.25]);
+}
+
+#[test]
 fn spacing_stands_beside_pictures_or_in_them() {
     // Fails if a scanner's log, or what ImageJ writes into a slice, is not looked at, or if the person is not told where a length comes from.
     let folder = Folder::new("kinds-beside");

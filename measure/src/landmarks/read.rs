@@ -278,7 +278,7 @@ mod tests {
         let set = set();
         assert_eq!(from("a.mrk.json", &write::markups(&set, &[]).to_string()).unwrap(), set);
         assert_eq!(from("a.csv", &write::csv(&set, &Made::default())).unwrap(), set);
-        assert_eq!(from("a.tps", &write::tps(&set, "skull A")).unwrap(), set);
+        assert_eq!(from("a.tps", &write::tps(&set, "skull A", &["moved by a.tfm".into()])).unwrap(), set);
         let numbered = |(n, l): (usize, &Landmark)| Landmark { name: (n + 1).to_string(), ..l.clone() };
         let of_a = |l: Landmark| Landmark { scan: Some("skull_A".into()), ..l };
         let unnamed: Vec<Landmark> = set.iter().enumerate().map(numbered).map(of_a).collect();
@@ -320,7 +320,7 @@ mod tests {
             (write::morphologika(&set, "skull A"), morphologika),
             (write::markups(&set, &[]).to_string(), markups),
             (write::csv(&set, &Made::default()), csv),
-            (write::tps(&set, "skull A"), tps),
+            (write::tps(&set, "skull A", &["moved by a.tfm".into()]), tps),
             (write::fcsv(&set, &[]), fcsv),
         ];
         let (mut state, mut refused) = (7_u64, 0);

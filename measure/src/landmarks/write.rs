@@ -80,11 +80,13 @@ pub fn fcsv(landmarks: &[Landmark], notes: &[String]) -> String {
 pub(super) const TPS_NAMES: &str = "landmarks: ";
 
 /// Rohlf's TPS, three-dimensional: coordinates in order, then the specimen. What is missing is `NA`, as geomorph's `readland.tps` reads it. The
-/// form has no place for names; they stand in its comment, which other programs skip.
-pub fn tps(landmarks: &[Landmark], specimen: &str) -> String {
+/// form has no place for names, nor for `notes`; each stands in a comment, which other programs skip.
+pub fn tps(landmarks: &[Landmark], specimen: &str, notes: &[String]) -> String {
     let points: String = landmarks.iter().map(|l| point_or(l, "NA NA NA") + "\n").collect();
     let names: Vec<String> = landmarks.iter().map(|l| plain(&l.name).replace(';', "_")).collect();
-    format!("LM3={}\n{points}ID={}\nCOMMENT={TPS_NAMES}{}\n", landmarks.len(), plain(specimen), names.join("; "))
+    let notes: String = notes.join("; ").chars().map(|c| if c.is_control() { '_' } else { c }).collect();
+    let notes = if notes.is_empty() { notes } else { format!("COMMENT=notes: {notes}\n") };
+    format!("LM3={}\n{points}ID={}\nCOMMENT={TPS_NAMES}{}\n{notes}", landmarks.len(), plain(specimen), names.join("; "))
 }
 
 fn point_or(landmark: &Landmark, missing: &str) -> String {
@@ -171,10 +173,9 @@ mod tests {
             text.lines().skip(3).collect::<Vec<_>>(),
             ["1,0.1,-80.123457,0.333333,0,0,0,1,1,1,0,nasion,,", "2,0,2,3,0,0,0,1,1,1,0,a__b_c,,"]
         );
-        assert_eq!(
-            tps(&points, "skull A"),
-            "LM3=3\n0.1 -80.123457 0.333333\nNA NA NA\n0 2 3\nID=skull A\nCOMMENT=landmarks: nasion; opisthion; a__b_c\n"
-        );
+        let plain = "LM3=3\n0.1 -80.123457 0.333333\nNA NA NA\n0 2 3\nID=skull A\nCOMMENT=landmarks: nasion; opisthion; a__b_c\n";
+        assert_eq!(tps(&points, "skull A", &[]), plain);
+        assert_eq!(tps(&points, "skull A", &["a is\nturned".into()]), format!("{plain}COMMENT=notes: a is_turned\n"));
         assert!(morphologika(&points, "skull A").contains("[names]\nskull_A\n") && morphologika(&points, "x").contains("\nNA NA NA\n"));
         let lists = &markups(&points, &[])["markups"];
         let first = &lists[0]["controlPoints"];

@@ -142,3 +142,40 @@ fn scans_are_named_and_put_in_order() {
     assert_eq!((window.state().volumes()[n].name(), window.state().landmarks()[0].scan.as_ref()), (first.as_str(), Some(&first)));
     files.iter().for_each(|file| std::fs::remove_file(file).unwrap());
 }
+
+#[test]
+fn scans_are_dragged_into_order() {
+    // Fails if a scan does not go where it is dropped, up or down, passes another without taking its colour along, goes to where nothing is, or if
+    // that is more than one step.
+    let files = ["first", "second", "third"].map(|name| ball(name, 16));
+    let names = files.each_ref().map(|file| file.file_name().unwrap().to_string_lossy().into_owned());
+    let sources = files.iter().map(|file| bregma_session::Source { file: file.clone(), ..Default::default() });
+    let mut window = open(Start::Files(sources.collect()));
+    wait(&mut window, "the scans", |w| !w.is_loading());
+    settle(&mut window);
+    let order = |window: &Window| -> Vec<(usize, _)> {
+        let of = |name: &str| names.iter().position(|n| n == name).unwrap();
+        let layers = window.state().scene().layers.iter().map(|layer| layer.color);
+        window.state().volumes().iter().map(|v| of(v.name())).zip(layers).collect()
+    };
+    let before = order(&window);
+    let title = |window: &Window, n: usize| window.get_all_by_role_and_label(Role::Label, &names[n]).next().unwrap().rect().center();
+    let expect = |n: [usize; 3]| n.map(|n| before[n]).to_vec();
+    // Down, to above the third; then the third to the top.
+    let (from, to) = (title(&window, 0), title(&window, 2));
+    drag(&mut window, from, to);
+    assert_eq!(order(&window), expect([1, 0, 2]));
+    let (from, to) = (title(&window, 2), title(&window, 1));
+    drag(&mut window, from, to);
+    assert_eq!(order(&window), expect([2, 1, 0]));
+    undo(&mut window);
+    assert_eq!(order(&window), expect([1, 0, 2]));
+    undo(&mut window);
+    assert_eq!(order(&window), before);
+    // Onto itself, and onto the picture.
+    let (from, picture) = (title(&window, 1), window.state().picture_rect().unwrap().center());
+    drag(&mut window, from, from + egui::vec2(30.0, 4.0));
+    drag(&mut window, from, picture);
+    assert_eq!(order(&window), before);
+    files.iter().for_each(|file| std::fs::remove_file(file).unwrap());
+}

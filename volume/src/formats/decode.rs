@@ -2,6 +2,7 @@
 
 use super::ReadError;
 use crate::Samples;
+use half::f16;
 
 /// The type of a sample as the file stores it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,6 +16,7 @@ pub enum SampleType {
     U32,
     I64,
     U64,
+    F16,
     F32,
     F64,
 }
@@ -24,10 +26,15 @@ impl SampleType {
     pub fn bytes(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
+            Self::I16 | Self::U16 | Self::F16 => 2,
             Self::I32 | Self::U32 | Self::F32 => 4,
             Self::I64 | Self::U64 | Self::F64 => 8,
         }
+    }
+
+    /// Numbers that need not be whole.
+    pub fn is_float(self) -> bool {
+        matches!(self, Self::F16 | Self::F32 | Self::F64)
     }
 
     /// Whole numbers of more than 16 bits, which are kept in fewer where all of them fit.
@@ -64,7 +71,7 @@ impl Kept {
             SampleType::U8 => Self::U8,
             SampleType::I8 | SampleType::I16 => Self::I16,
             SampleType::U16 => Self::U16,
-            SampleType::F32 | SampleType::F64 => Self::F32,
+            SampleType::F16 | SampleType::F32 | SampleType::F64 => Self::F32,
             _ if fits(i16::MIN.into(), i16::MAX.into()) => Self::I16,
             _ if fits(0, u16::MAX.into()) => Self::U16,
             _ => Self::F32,
@@ -116,6 +123,7 @@ impl Collector {
             (SampleType::I8, Samples::I16(s)) => s.extend(bytes.iter().map(|&b| i16::from(b as i8))),
             (SampleType::I16, Samples::I16(s)) => s.extend(i16s(bytes, big)),
             (SampleType::U16, Samples::U16(s)) => s.extend(u16s(bytes, big)),
+            (SampleType::F16, Samples::F32(s)) => s.extend(f16s(bytes, big).map(f16::to_f32)),
             (SampleType::F32, Samples::F32(s)) => s.extend(f32s(bytes, big)),
             (SampleType::F64, _) => f64s(bytes, big).for_each(|v| self.push_float(v as f32, f64::from(v as f32) - v)),
             (_, Samples::I16(s)) => each_wide(encoding, bytes, |v| s.push(v as i16)),
@@ -162,4 +170,4 @@ macro_rules! numbers {
         }
     )*};
 }
-numbers!(i16s: i16, u16s: u16, i32s: i32, u32s: u32, i64s: i64, u64s: u64, f32s: f32, f64s: f64);
+numbers!(i16s: i16, u16s: u16, i32s: i32, u32s: u32, i64s: i64, u64s: u64, f16s: f16, f32s: f32, f64s: f64);

@@ -6,13 +6,14 @@ mod apart;
 mod dataset;
 mod header;
 mod jpeg_lossless;
+mod left_out;
 mod lent;
 mod padding;
 mod pixels;
 mod placeless;
 pub mod series;
 
-use super::decode::{Encoding, SampleType};
+use super::decode::{Encoding, SampleType, f16s, f32s, f64s};
 use super::entries::{entry_at, in_folder};
 use super::entry::Entry;
 use super::stack::{self, Mix, Slice};
@@ -21,6 +22,7 @@ use crate::volume::{Metadata, slices_off};
 use crate::{Progress, Unit};
 use dicom_dictionary_std::tags;
 use glam::DVec3;
+use half::f16;
 use header::Header;
 use padding::Padding;
 use pixels::Storing;
@@ -44,7 +46,7 @@ fn sniff(path: &Path, head: &[u8], progress: &Progress) -> bool {
 
 /// Whether a file begins as DICOM does.
 pub fn is_dicom(entry: &Entry, progress: &Progress) -> bool {
-    entry.head(HEAD, progress).is_ok_and(|head| header::is_dicom(&head))
+    entry.gunzipped().head(HEAD, progress).is_ok_and(|head| header::is_dicom(&head))
 }
 
 /// One image: a frame of a file.
@@ -62,9 +64,13 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
     let images = images(&headers, &mut warnings)?;
     let images = readable(&headers, images, &mut warnings, progress)?;
 
-    let mut spacing_is_stated = true;
+    let mut spacings: Vec<Option<[f64; 2]>> = images.iter().map(|(i, _)| spacing_mm(&headers[i.file], i.frame)).collect();
+    warnings.extend(left_out::warning(left_out::fill_in(&mut spacings), "its spacing"));
+    let mut scales: Vec<Option<[f64; 2]>> = images.iter().map(|(i, _)| stated_scale(&headers[i.file], i.frame)).collect();
+    warnings.extend(left_out::warning(left_out::fill_in(&mut scales), "how its numbers become values"));
+    let spacing_is_stated = hints.spacing_mm.is_some() || spacings.iter().all(Option::is_some);
     let slices: Vec<Slice> =
-        images.iter().map(|(i, storing)| slice(&headers[i.file], i.frame, storing.dims, hints, &mut spacing_is_stated)).collect();
+        images.iter().zip(spacings).map(|((i, storing), mm)| slice(&headers[i.file], i.frame, storing.dims, mm, hints)).collect();
     if !spacing_is_stated {
         warnings.push(NO_SPACING.into());
     }
@@ -78,8 +84,7 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
     let is_turned = first.text(tags::PHOTOMETRIC_INTERPRETATION, 0) == Some("MONOCHROME1") && unit == Unit::Value;
     let used = |n: usize| {
         let (Image { file, frame }, storing) = images[n];
-        let number = |tag, default| headers[file].number(tag, frame).unwrap_or(default);
-        let scale = [number(tags::RESCALE_SLOPE, 1.0), number(tags::RESCALE_INTERCEPT, 0.0)];
+        let scale = scales[n].unwrap_or([1.0, 0.0]);
         let scale = if is_turned { scale.map(|n| 0.0 - n) } else { scale };
         Used { file, frame, storing, scale, padding: Padding::of(&headers[file], frame, &storing, scale, unit) }
     };
@@ -103,8 +108,8 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
         warnings
             .push("its low numbers are shown white (MONOCHROME1), so they are taken as the dense ones: the scale is turned round".into());
     }
-    let states_scale = [tags::RESCALE_SLOPE, tags::RESCALE_INTERCEPT].iter().all(|&t| first.number(t, frame).is_some());
-    if unit == Unit::Hounsfield && !states_scale {
+    let states = |tag| images.iter().any(|(i, _)| headers[i.file].number(tag, i.frame).is_some());
+    if unit == Unit::Hounsfield && !(states(tags::RESCALE_SLOPE) && states(tags::RESCALE_INTERCEPT) && scales[0].is_some()) {
         warnings.push("it does not state how its numbers become HU (RescaleSlope, RescaleIntercept); they are taken as HU".into());
     }
     if first.text(tags::LOSSY_IMAGE_COMPRESSION, 0) == Some("01") {
@@ -239,21 +244,24 @@ fn readable(
     }
 }
 
-fn slice(header: &Header, frame: usize, dims: [usize; 2], hints: &Hints, is_stated: &mut bool) -> Slice {
+fn slice(header: &Header, frame: usize, dims: [usize; 2], stated: Option<[f64; 2]>, hints: &Hints) -> Slice {
     // `images` has seen that these are there.
     let (position, [a, b, c, d, e, f]) = header.place(frame).unwrap_or_default();
-    let spacing = |tag| header.numbers::<2>(tag, frame).filter(|s| s.iter().all(|mm| *mm > 0.0));
-    let stated = spacing(tags::PIXEL_SPACING).or_else(|| spacing(tags::NOMINAL_SCANNED_PIXEL_SPACING));
-    // Between rows (along j) first.
-    let spacing_mm = match (stated, hints.spacing_mm) {
-        (Some([j, i]), _) => [i, j],
-        (None, Some(mm)) => [mm.x, mm.y],
-        (None, None) => {
-            *is_stated = false;
-            [1.0, 1.0]
-        }
-    };
+    let spacing_mm = stated.or(hints.spacing_mm.map(|mm| [mm.x, mm.y])).unwrap_or([1.0, 1.0]);
     Slice { position_mm: position.into(), along: [DVec3::new(a, b, c), DVec3::new(d, e, f)], spacing_mm, dims }
+}
+
+/// Distance of samples along i and j, where it is stated.
+fn spacing_mm(header: &Header, frame: usize) -> Option<[f64; 2]> {
+    let spacing = |tag| header.numbers::<2>(tag, frame).filter(|s| s.iter().all(|mm| *mm > 0.0));
+    // Between rows (along j) first.
+    spacing(tags::PIXEL_SPACING).or_else(|| spacing(tags::NOMINAL_SCANNED_PIXEL_SPACING)).map(|[j, i]| [i, j])
+}
+
+/// Slope and intercept, where one of them is stated.
+fn stated_scale(header: &Header, frame: usize) -> Option<[f64; 2]> {
+    let [slope, intercept] = [tags::RESCALE_SLOPE, tags::RESCALE_INTERCEPT].map(|tag| header.number(tag, frame));
+    (slope.is_some() || intercept.is_some()).then(|| [slope.unwrap_or(1.0), intercept.unwrap_or(0.0)])
 }
 
 /// Hounsfield units where the file says so, or is a CT that says nothing else.
@@ -283,19 +291,24 @@ fn scaled(bytes: &[u8], sample: SampleType, [slope, intercept]: [f64; 2]) -> Vec
 
 /// Samples `part` of the way from one slice to the next, whole numbers rounded.
 pub fn blend(of: &[u8], and: &[u8], part: f64, sample: SampleType) -> Vec<u8> {
-    let n = sample.bytes();
     let mix = |a: f64, b: f64| a + (b - a) * part;
-    let pairs = of.chunks_exact(n).zip(and.chunks_exact(n));
-    if sample == SampleType::F32 {
-        let float = |b: &[u8]| f64::from(f32::from_le_bytes(b.try_into().expect("a chunk of a float32 has 4 bytes")));
-        return pairs.flat_map(|(a, b)| (mix(float(a), float(b)) as f32).to_le_bytes()).collect();
+    match sample {
+        SampleType::F16 => {
+            let pairs = f16s(of, false).zip(f16s(and, false));
+            pairs.flat_map(|(a, b)| f16::from_f64(mix(a.into(), b.into())).to_le_bytes()).collect()
+        }
+        SampleType::F32 => {
+            let pairs = f32s(of, false).zip(f32s(and, false));
+            pairs.flat_map(|(a, b)| (mix(a.into(), b.into()) as f32).to_le_bytes()).collect()
+        }
+        SampleType::F64 => f64s(of, false).zip(f64s(and, false)).flat_map(|(a, b)| mix(a, b).to_le_bytes()).collect(),
+        _ => {
+            let n = sample.bytes();
+            let pairs = of.chunks_exact(n).zip(and.chunks_exact(n));
+            let mixed = |(a, b)| mix(whole(a, sample) as f64, whole(b, sample) as f64).round() as i64;
+            pairs.flat_map(|pair| mixed(pair).to_le_bytes().into_iter().take(n)).collect()
+        }
     }
-    pairs
-        .flat_map(|(a, b)| {
-            let value = mix(whole(a, sample) as f64, whole(b, sample) as f64).round() as i64;
-            value.to_le_bytes().into_iter().take(n)
-        })
-        .collect()
 }
 
 /// What is kept beside the samples: of the scan and the scanner, nothing of the person.

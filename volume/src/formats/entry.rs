@@ -53,6 +53,17 @@ impl Entry {
         Self { name: name.to_owned(), file: file.to_owned(), bytes, stretch, packing, unpacked: Arc::default() }
     }
 
+    /// The same with the layer of gzip taken off that its name says it has.
+    pub fn gunzipped(&self) -> Self {
+        let is_gzip = self.file.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz"));
+        let packing = match self.packing {
+            Packing::Plain if is_gzip => Packing::Gzip,
+            Packing::Deflate if is_gzip => Packing::GzipInDeflate,
+            _ => return self.clone(),
+        };
+        Self::packed(&self.name, &self.file, self.stretch.clone(), packing, self.bytes.saturating_mul(MOST_EXPANSION))
+    }
+
     /// The same by another name.
     pub fn named(&self, name: &str) -> Self {
         Self { name: name.to_owned(), ..self.clone() }
@@ -96,7 +107,12 @@ impl Entry {
         if let Some(unpacked) = self.unpacked.get() {
             return Ok(unpacked.clone());
         }
-        let expected = if self.packing == Packing::Gzip { self.stated()?.min(self.bytes) } else { self.bytes };
+        let expected = match self.packing {
+            Packing::Gzip => self.stated()?.min(self.bytes),
+            // Its last bytes are packed, too.
+            Packing::GzipInDeflate => 0,
+            _ => self.bytes,
+        };
         memory::check(1, |_| expected)?;
         let mut bytes = vec![];
         bytes.try_reserve_exact(expected as usize)?;

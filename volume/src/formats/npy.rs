@@ -46,6 +46,7 @@ fn scan(path: &Path, hints: &Hints, _progress: &Progress) -> Result<Scan, ReadEr
         "u4" => SampleType::U32,
         "i8" => SampleType::I64,
         "u8" => SampleType::U64,
+        "f2" => SampleType::F16,
         "f4" => SampleType::F32,
         "f8" => SampleType::F64,
         _ => return Err(wrong("its type is no number of 8 to 64 bits")),

@@ -17,6 +17,8 @@ pub enum Packing {
     Zlib,
     /// By deflate, without a frame.
     Deflate,
+    /// By gzip, and that by deflate, as a zip holds files that were packed before.
+    GzipInDeflate,
 }
 
 /// Deflate's longest match spends 2 bits on 258 bytes, a ratio of 1032; the rest is for headers. What claims more is no such data.
@@ -45,6 +47,7 @@ pub fn unpacking<'a>(packing: Packing, source: impl BufRead + 'a) -> Box<dyn Rea
         Packing::Gzip => Box::new(Gzip::new(source)),
         Packing::Zlib => Box::new(ZlibDecoder::new(source)),
         Packing::Deflate => Box::new(DeflateDecoder::new(source)),
+        Packing::GzipInDeflate => Box::new(Gzip::new(BufReader::new(DeflateDecoder::new(source)))),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::ahead::ahead;
 use super::archive::Archive;
-use super::decode::{Collector, Encoding, Kept, SampleType, widen};
+use super::decode::{Collector, Encoding, Kept, widen};
 use super::part::{self, Part};
 use super::{OpenError, ReadError, fill, memory};
 use crate::placing::{labelled, nth_sample};
@@ -193,8 +193,7 @@ impl Scan {
     fn tally(&self, progress: &Progress) -> Result<Survey, ReadError> {
         Summary::check_scale(self.slope, self.intercept).map_err(VolumeError::from)?;
         // Whole numbers are counted in one pass; floats need their range first.
-        let is_float = matches!(self.encoding.sample, SampleType::F32 | SampleType::F64);
-        let kept = self.kept(progress, 1 + u64::from(is_float))?;
+        let kept = self.kept(progress, 1 + u64::from(self.encoding.sample.is_float()))?;
         let mut collector = Collector::new(self.encoding, kept, 0)?;
         let mut tally = Tally::new(kept);
         let late = self.stream(progress, &mut |bytes| {

@@ -43,6 +43,8 @@ pub struct Stack {
 
 /// Directions are written with 6 digits, or as float32; a thousandth of a radian moves the edge of 512 samples by half of one.
 const DIRECTION: f64 = 1e-3;
+/// Directions of three digits are off a right angle by 0.0015 at most (of 400,000 turns, rounded).
+const PERPENDICULAR: f64 = 2e-3;
 /// Spacings are written with at least 4 digits.
 const SPACING: f64 = 1e-3;
 /// Slices nearer to each other than this part of the distance of their samples are one place: no scanner cuts so thin, and positions that
@@ -69,11 +71,7 @@ pub fn build(slices: &[Slice], uneven: Uneven, thickness_mm: Option<f64>, progre
     let mut warnings = vec![];
     let mut order = likest(slices, &mut warnings, progress)?;
     let first = slices[order[0]];
-    let [i, j] = first.along;
-    if (i.length() - 1.0).abs() > DIRECTION || (j.length() - 1.0).abs() > DIRECTION || i.dot(j).abs() > DIRECTION {
-        let text = format!("its slices state directions that are no two perpendicular unit vectors, {i} and {j}");
-        return Err(ReadError::Contradiction(text));
-    }
+    let [i, j] = perpendicular(first.along)?;
     let normal = i.cross(j).normalize();
     let height = |n: usize| normal.dot(slices[n].position_mm);
     // Equal heights keep the order in which they came.
@@ -123,11 +121,21 @@ pub fn build(slices: &[Slice], uneven: Uneven, thickness_mm: Option<f64>, progre
     Ok(Stack { grid, mixes, off_mm: if is_even { off_mm } else { 0.0 }, warnings })
 }
 
+/// The two unit vectors at right angles that `along` are but for the rounding of their digits, which scales and shears no sample.
+fn perpendicular([i, j]: [DVec3; 2]) -> Result<[DVec3; 2], ReadError> {
+    if (i.length() - 1.0).abs() > DIRECTION || (j.length() - 1.0).abs() > DIRECTION || i.dot(j).abs() > PERPENDICULAR {
+        let text = format!("its slices state directions that are no two perpendicular unit vectors, {i} and {j}");
+        return Err(ReadError::Contradiction(text));
+    }
+    let [i, j] = [i.normalize(), j.normalize()];
+    let half = i.dot(j) / 2.0;
+    // Each gives up half of what they share.
+    Ok([(i - half * j).normalize(), (j - half * i).normalize()])
+}
+
 /// Steps of even slices that stand in for those with `gaps`, where the person wants that.
 fn interpolated_steps(gaps: &[f64], uneven: Uneven, warnings: &mut Vec<String>) -> Result<usize, ReadError> {
-    let mut sorted = gaps.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let (usual, total) = (sorted[sorted.len() / 2], gaps.iter().sum::<f64>());
+    let (usual, total) = (usual(gaps), gaps.iter().sum::<f64>());
     let list = list_gaps(gaps, usual);
     let steps = (total / usual).round();
     let more = (steps as usize).saturating_add(1);
@@ -143,11 +151,16 @@ fn interpolated_steps(gaps: &[f64], uneven: Uneven, warnings: &mut Vec<String>) 
     Ok(more - 1)
 }
 
-/// How far slices may be from their even places, and still be taken as even.
-fn most_off_mm(gaps: &[f64], step_mm: f64) -> f64 {
+/// The gap in the middle of all by size; of two the smaller, as slices that are missing make gaps larger.
+fn usual(gaps: &[f64]) -> f64 {
     let mut sorted = gaps.to_vec();
     sorted.sort_by(f64::total_cmp);
-    let usual = sorted[sorted.len() / 2];
+    sorted[(sorted.len() - 1) / 2]
+}
+
+/// How far slices may be from their even places, and still be taken as even.
+fn most_off_mm(gaps: &[f64], step_mm: f64) -> f64 {
+    let usual = usual(gaps);
     let odd = gaps.iter().filter(|gap| (**gap - usual).abs() > EVEN * usual).count();
     // No gap has room for a slice, none is hardly there.
     let is_whole = gaps.iter().all(|gap| (0.5..1.5).contains(&(gap / step_mm)));

@@ -3,6 +3,7 @@
 use super::decode::SampleType;
 use super::{ReadError, Sink, bad};
 use crate::Progress;
+use half::f16;
 use std::io::BufRead;
 
 /// Passes `count` numbers of a text on, little-endian; it ends at its end or at a `<`. `field` is what they belong to.
@@ -51,7 +52,7 @@ fn push(sample: SampleType, field: &str, text: &str, out: &mut Vec<u8>) -> Resul
             $(SampleType::$name => text.parse::<$t>().map(|v| out.extend(v.to_le_bytes())).is_ok(),)*
         } };
     }
-    let fits = as_type!(I8: i8, U8: u8, I16: i16, U16: u16, I32: i32, U32: u32, I64: i64, U64: u64, F32: f32, F64: f64);
+    let fits = as_type!(I8: i8, U8: u8, I16: i16, U16: u16, I32: i32, U32: u32, I64: i64, U64: u64, F16: f16, F32: f32, F64: f64);
     if fits { Ok(()) } else { Err(bad(field, text, "it is no number of its type")) }
 }
 

@@ -15,6 +15,7 @@ use crate::Progress;
 use about::About;
 use directory::{Directories, Directory};
 use glam::DVec3;
+use half::f16;
 use std::io::{self, BufReader, Read, Seek};
 use std::path::Path;
 use tiff::ColorType;
@@ -75,7 +76,7 @@ impl Page {
             SampleType::U16 => Some(u16::MAX.into()),
             SampleType::U32 => Some(u32::MAX.into()),
             SampleType::U64 => Some(u64::MAX as f64),
-            SampleType::F32 | SampleType::F64 => Some(1.0),
+            SampleType::F16 | SampleType::F32 | SampleType::F64 => Some(1.0),
             SampleType::I8 | SampleType::I16 | SampleType::I32 | SampleType::I64 => None,
         }
     }
@@ -113,6 +114,7 @@ fn page<R: Read + Seek>(decoder: &mut Decoder<R>) -> Result<Page, ReadError> {
         (8, 2) => SampleType::I8,
         (16, 1 | 4) => SampleType::U16,
         (16, 2) => SampleType::I16,
+        (16, 3) => SampleType::F16,
         (32, 1 | 4) => SampleType::U32,
         (32, 2) => SampleType::I32,
         (32, 3) => SampleType::F32,
@@ -152,9 +154,9 @@ fn unpack<R: Read + Seek>(decoder: &mut Decoder<R>) -> Result<Vec<u8>, ReadError
         DecodingResult::I32(s) => bytes(s, i32::to_le_bytes),
         DecodingResult::U64(s) => bytes(s, u64::to_le_bytes),
         DecodingResult::I64(s) => bytes(s, i64::to_le_bytes),
+        DecodingResult::F16(s) => bytes(s, f16::to_le_bytes),
         DecodingResult::F32(s) => bytes(s, f32::to_le_bytes),
         DecodingResult::F64(s) => bytes(s, f64::to_le_bytes),
-        DecodingResult::F16(_) => return Err(ReadError::Unsupported("its samples are floats of 16 bits".into())),
     })
 }
 

@@ -8,28 +8,50 @@ use super::{cuts, histogram, shells, transfer_editor};
 use bregma_field::Volume;
 use bregma_measure::export::suffix;
 use bregma_renderer::{Gather, Layer, Scene};
-use egui::{Align, DragValue, Frame, Label, Layout, RichText, Slider, SliderClamping, Ui};
+use egui::{Align, DragValue, Frame, Label, Layout, Response, RichText, Sense, Slider, SliderClamping, Ui};
 
 /// Shows the cards and applies what the person changes. Gives the number of the scan of which more is asked for.
 pub fn show(ui: &mut Ui, bench: &mut Bench) -> Option<usize> {
     let work = &mut bench.work;
     let scene = &mut work.opened.scene;
     let shown = Shown::of(scene);
-    let (mut closed, mut asked) = (None, None);
+    let (mut closed, mut asked, mut carried) = (None, None, None);
     for (n, (volume, layer)) in work.opened.volumes.iter().zip(&mut scene.layers).enumerate() {
         // Scans may share a name: their number tells their widgets apart.
         ui.push_id(n, |ui| {
-            Frame::group(ui.style()).fill(ui.visuals().faint_bg_color).show(ui, |ui| match card(ui, volume, layer, shown) {
+            let framed = Frame::group(ui.style()).fill(ui.visuals().faint_bg_color).show(ui, |ui| card(ui, n, volume, layer, shown));
+            match framed.inner {
                 Some(More::Close) => closed = Some(n),
                 Some(More::Panel) => asked = Some(n),
                 None => {}
-            });
+            }
+            carried = carried.or(dropped(ui, n, &framed.response));
         });
+    }
+    if let Some([from, to]) = carried {
+        work.opened.carry(from, to);
     }
     if let Some(n) = closed {
         close(work, n);
     }
     asked
+}
+
+/// The number of the scan that is dragged by its name.
+struct Dragged(usize);
+
+/// Shows where a scan that is dragged over card `n` would go; where it is dropped, its number and the one that it gets.
+fn dropped(ui: &Ui, n: usize, card: &Response) -> Option<[usize; 2]> {
+    let from = card.dnd_hover_payload::<Dragged>()?.0;
+    let is_below = ui.input(|i| i.pointer.interact_pos())?.y > card.rect.center().y;
+    // Those behind it move up once it is taken out.
+    let to = n + usize::from(is_below) - usize::from(n + usize::from(is_below) > from);
+    if to == from {
+        return None;
+    }
+    let y = if is_below { card.rect.bottom() } else { card.rect.top() };
+    ui.painter().hline(card.rect.x_range(), y, ui.visuals().selection.stroke);
+    card.dnd_release_payload::<Dragged>().map(|_| [from, to])
 }
 
 /// What is chosen behind a card's three dots.
@@ -79,8 +101,8 @@ fn close(work: &mut Work, n: usize) {
     }
 }
 
-/// One volume. Gives what is to be done with it.
-fn card(ui: &mut Ui, volume: &Volume, layer: &mut Layer, shown: Shown) -> Option<More> {
+/// Volume number `n`. Gives what is to be done with it.
+fn card(ui: &mut Ui, n: usize, volume: &Volume, layer: &mut Layer, shown: Shown) -> Option<More> {
     ui.set_width(ui.available_width());
     let name = volume.name();
     let chosen = line(ui, |ui| {
@@ -96,7 +118,9 @@ fn card(ui: &mut Ui, volume: &Volume, layer: &mut Layer, shown: Shown) -> Option
         ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
             ui.checkbox(&mut layer.visible, "").on_hover_text("Show").accessible_name(format!("Show {name}"));
             color_button(ui, &mut layer.color, &format!("Colour of {name}"));
-            ui.add(Label::new(RichText::new(name).strong().size(15.0)).truncate());
+            let title = Label::new(RichText::new(name).strong().size(15.0)).truncate();
+            // It takes no focus: who uses keys finds Earlier and Later in the scan's own panel.
+            ui.add(title.selectable(false).sense(Sense::DRAG)).dnd_set_drag_payload(Dragged(n));
         });
         more.inner.flatten()
     });

@@ -8,7 +8,7 @@ use glam::DVec3;
 use std::collections::{BTreeMap, HashMap};
 
 /// What images of different scans differ by, in the order in which it is looked at.
-const APART: [(&str, Tag); 11] = [
+const APART: [(&str, Tag); 14] = [
     ("kernel", tags::CONVOLUTION_KERNEL),
     ("image type", tags::IMAGE_TYPE),
     ("description", tags::SERIES_DESCRIPTION),
@@ -17,6 +17,9 @@ const APART: [(&str, Tag); 11] = [
     ("temporal position", tags::TEMPORAL_POSITION_IDENTIFIER),
     ("acquisition", tags::ACQUISITION_NUMBER),
     ("kV", tags::KVP),
+    ("echo time", tags::ECHO_TIME),
+    ("trigger time", tags::TRIGGER_TIME),
+    ("b-value", tags::DIFFUSION_B_VALUE),
     ("slice thickness", tags::SLICE_THICKNESS),
     ("acquisition time", tags::ACQUISITION_TIME),
     ("frame of reference", tags::FRAME_OF_REFERENCE_UID),

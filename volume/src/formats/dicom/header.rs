@@ -19,7 +19,7 @@ use std::collections::HashMap;
 use std::io::{BufReader, Read};
 
 /// The attributes that are read. All others, the person's name among them, are skipped unread.
-const WANTED: [Tag; 45] = [
+const WANTED: [Tag; 48] = [
     tags::SOP_CLASS_UID,
     tags::IMAGE_TYPE,
     tags::MODALITY,
@@ -60,6 +60,9 @@ const WANTED: [Tag; 45] = [
     tags::PRESENTATION_LUT_SHAPE,
     tags::TEMPORAL_POSITION_IDENTIFIER,
     tags::ACQUISITION_TIME,
+    tags::ECHO_TIME,
+    tags::TRIGGER_TIME,
+    tags::DIFFUSION_B_VALUE,
     tags::GRID_FRAME_OFFSET_VECTOR,
     tags::NOMINAL_SCANNED_PIXEL_SPACING,
     tags::FRAME_TIME,
@@ -174,9 +177,9 @@ impl Header {
         Ok(Box::new(inflated))
     }
 
-    /// Number of frames that it says it has.
+    /// Number of frames that it says it has; some say 0 of one.
     pub fn frames(&self) -> usize {
-        self.number(tags::NUMBER_OF_FRAMES, 0).map_or(1, |n: f64| n as usize)
+        self.number(tags::NUMBER_OF_FRAMES, 0).map_or(1, |n: f64| (n as usize).max(1))
     }
 
     /// Those of its frames that can be placed: the ones that it describes, or all of an old class that says how far they are apart. Otherwise

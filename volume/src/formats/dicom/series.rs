@@ -33,6 +33,7 @@ impl std::fmt::Display for Series {
 /// The headers of the series that `path` names, or of the largest in it.
 pub fn read(path: &Path, hints: &Hints, progress: &Progress, warnings: &mut Vec<String>) -> Result<Vec<Header>, ReadError> {
     // The list of a disc names its files; they are looked for.
+    let named = path;
     let path = match path.parent() {
         Some(folder) if path.file_name().is_some_and(|name| name.eq_ignore_ascii_case("DICOMDIR")) && archive::is_file(path) => {
             if folder == Path::new("") { Path::new(".") } else { folder }
@@ -45,6 +46,9 @@ pub fn read(path: &Path, hints: &Hints, progress: &Progress, warnings: &mut Vec<
     let mut all = all(path, progress, warnings)?;
     let texts = |all: &[(Series, Vec<Header>)]| all.iter().map(|(s, _)| s.to_string()).collect::<Vec<_>>().join(", ");
     let chosen = match &hints.series {
+        None if all.is_empty() && named != path => {
+            return Err(ReadError::Unsupported("it lists the files of a disc, and no image lies beside it; copy the whole disc".into()));
+        }
         None if all.is_empty() => return Err(ReadError::NoImages),
         None => 0,
         Some(wanted) => {
@@ -88,7 +92,7 @@ fn all(path: &Path, progress: &Progress, warnings: &mut Vec<String>) -> Result<V
 
 /// The series of one file: its own.
 fn of_file(path: &Path, hints: &Hints, progress: &Progress, warnings: &mut Vec<String>) -> Result<Vec<Header>, ReadError> {
-    let entry = entry_at(path, progress)?;
+    let entry = entry_at(path, progress)?.gunzipped();
     let header = Header::read(&entry, progress)?;
     if header.pixels.is_none() {
         return Err(ReadError::NoImages);
@@ -117,7 +121,8 @@ fn headers(entries: Vec<Entry>, progress: &Progress, warnings: &mut Vec<String>)
         .par_iter()
         .map(|entry| {
             // The bytes of headers are few; the work is counted in files.
-            let header = progress.advance(1).map_err(ReadError::from).and_then(|()| Header::read_if_dicom(entry, &Progress::default()));
+            let header =
+                progress.advance(1).map_err(ReadError::from).and_then(|()| Header::read_if_dicom(&entry.gunzipped(), &Progress::default()));
             header.map_err(|e| (entry.name.clone(), e))
         })
         .collect();
