@@ -31,6 +31,9 @@ struct ShadeParams {
     cut_face: u32,
     // So deep behind a cut its own normal shades.
     skin_mm: f32,
+    // Linear colour of surfaces that agree, and within what they do.
+    agreed: vec3<f32>,
+    agreement_mm: f32,
 }
 
 @group(0) @binding(SHADE_PARAMS) var<storage, read> shade_params: ShadeParams;

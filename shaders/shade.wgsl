@@ -16,14 +16,22 @@ struct ShadeLayer {
 @group(0) @binding(PIXELS) var<storage, read_write> pixels: array<vec2<u32>>;
 @group(0) @binding(SHADOWS) var<storage, read> shadows: array<u32>;
 
-// The colour of a hit; `bit` says whether it lies in shadow.
-fn light(index: u32, layer: u32, view: vec3<f32>, bit: u32) -> vec3<f32> {
+// Whether the nearest hit and the second one of an overlay are one: how far apart they are across the surface.
+fn agree(index: u32, first: u32, second: u32, view: vec3<f32>, mm_per_depth: f32) -> bool {
+    let a = hits[first * shading.stride + index];
+    let b = hits[second * shading.stride + index];
+    let apart_mm = (b.w - a.w) * mm_per_depth * max(abs(dot(a.xyz, view)), abs(dot(b.xyz, view)));
+    return a.y != FACE && b.y != FACE && apart_mm <= shading.agreement_mm;
+}
+
+// The colour of a hit on a surface of some colour; `bit` says whether it lies in shadow.
+fn light(index: u32, layer: u32, own: vec3<f32>, view: vec3<f32>, bit: u32) -> vec3<f32> {
     let normal = hits[layer * shading.stride + index].xyz;
     if normal.y == FACE {
         return face_color(index, layer);
     }
     let share = select(1.0, 0.0, shading.shadows == 1u && (shadows[index] & bit) != 0u);
-    let color = phong(layers[layer].color.rgb, known_normal(normal, view), view, share);
+    let color = phong(own, known_normal(normal, view), view, share);
     return cued(color, hits[layer * shading.stride + index].w);
 }
 
@@ -65,13 +73,21 @@ fn shade(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
         return;
     }
     let p = vec2<f32>(blocks[group.x * shading.passes].pixel + pixel_in_block(n));
-    let view = normalize(shading.view_base + p.x * shading.view_per_x + p.y * shading.view_per_y);
-    var color = light(index, first, view, FIRST_IS_DARK);
+    let direction = shading.view_base + p.x * shading.view_per_x + p.y * shading.view_per_y;
+    let mm_per_depth = length(direction);
+    let view = direction / mm_per_depth;
+    var second = NO_PASS;
     if shading.overlay == 1u {
-        let second = nearest(index, first, shading.passes, shading.stride);
+        second = nearest(index, first, shading.passes, shading.stride);
+    }
+    var color: vec3<f32>;
+    if second != NO_PASS && agree(index, first, second, view, mm_per_depth) {
+        color = light(index, first, shading.agreed, view, FIRST_IS_DARK);
+    } else {
+        color = light(index, first, layers[first].color.rgb, view, FIRST_IS_DARK);
         if second != NO_PASS {
             let opacity = layers[first].color.a;
-            color = color * opacity + light(index, second, view, SECOND_IS_DARK) * (1.0 - opacity);
+            color = color * opacity + light(index, second, layers[second].color.rgb, view, SECOND_IS_DARK) * (1.0 - opacity);
         }
     }
     let s = hits[first * shading.stride + index].w;

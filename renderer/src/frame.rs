@@ -16,6 +16,9 @@ use std::sync::Arc;
 /// surface casts a shadow on itself at its own hit; and far below what a pixel shows.
 pub const SHADOW_START_VOXEL: f64 = 0.01;
 
+/// Where two surfaces count as one, neither casts a shadow on the other: shadow rays begin beyond both, also where the light comes in at 15°.
+pub const SHADOW_START_AGREEMENTS: f64 = 4.0;
+
 /// One visible layer of a frame.
 #[derive(Debug)]
 pub(crate) struct FrameLayer {
@@ -87,6 +90,8 @@ pub(crate) struct Frame {
     pub has_solver: bool,
     /// The nearest hit is drawn over the next one's.
     pub overlays: bool,
+    /// But where the two are no farther from each other they are one.
+    pub agreement_mm: f32,
     /// Only the nearest hit of all layers is drawn.
     pub only_nearest: bool,
     /// What the depth cue takes from a colour for each mm of depth behind the base plane.
@@ -153,11 +158,14 @@ impl Frame {
         // The same for all volumes, so that their faces can be compared.
         let chosen = if scene.mode.gather() == Gather::Plane { scene.slice.window } else { scene.window };
         let window = chosen.or_else(|| surfaces.first().map(|(_, s)| Window::of(&s.volume))).unwrap_or(Window::between([0.0, 1.0]));
+        let agreement_mm = if scene.mode.uses(Setting::Agreement) && surfaces.len() > 1 { scene.agreement_mm(volumes) } else { 0.0 };
         let surfaces = if scene.draws_spline() { splines(maps, surfaces)? } else { surfaces };
         maps.keep_only(&surfaces, if scene.draws_spline() { volumes } else { &[] });
         let nodes = if scene.mode.gather() == Gather::Plane { nodes_per_pixel(scene, &surfaces, [width, height]) } else { 1 };
         let [width, height] = [width, height].map(|n| n * nodes);
-        let mut frame = Self { nodes_per_pixel: nodes, ..Self::without_layers(scene, &reach, [width, height]) };
+        let base = Self::without_layers(scene, &reach, [width, height]);
+        let shadow_start_mm = base.shadow_start_mm.max(SHADOW_START_AGREEMENTS * agreement_mm);
+        let mut frame = Self { nodes_per_pixel: nodes, agreement_mm: agreement_mm as f32, shadow_start_mm, ..base };
         let depths = [reach.base_mm, reach.depth_mm + reach.margin_mm];
         let layer = |(index, surface): (usize, Surface)| {
             let appearance = Appearance::of(scene, index, &surface, &volumes[index], frame.step_mm, window);
@@ -185,6 +193,7 @@ impl Frame {
             method: scene.method(),
             has_solver: scene.mode.uses(Setting::Solver),
             overlays: scene.mode.gather() == Gather::FirstOfEach,
+            agreement_mm: 0.0,
             only_nearest: scene.mode.gather() == Gather::Nearest,
             cue_per_mm: cue_per_mm as f32,
             step_mm: reach.step_mm(scene) as f32,

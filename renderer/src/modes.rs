@@ -13,7 +13,7 @@ named! {
         Iso = "iso",
         /// Every crossing along the ray: surfaces let those behind show through by their opacity, until 0.95 is reached.
         Transparent = "transparent",
-        /// The nearest first hit transparent, the next volume's first hit opaque behind it; a lone hit is opaque.
+        /// The nearest first hit transparent, the next volume's first hit opaque behind it; a lone hit is opaque. Where the two agree they are one.
         Overlay = "overlay",
         /// Direct volume rendering by a transfer function: light that the whole volume sends and keeps (Max 1995).
         Dvr = "dvr",
@@ -95,6 +95,8 @@ pub enum Setting {
     Shading,
     /// The gradient's magnitude instead of the value, and the window of grey values.
     Numbers,
+    /// How near to each other two surfaces count as one.
+    Agreement,
     /// The plane's thickness, colours and contours, and the window of grey values.
     Slice,
 }
@@ -115,7 +117,7 @@ pub struct Facts {
 impl Mode {
     /// Its row.
     pub fn facts(self) -> Facts {
-        use Setting::{Numbers, Shading, Shells, Slice, Solver, Surfaces, Transfer};
+        use Setting::{Agreement, Numbers, Shading, Shells, Slice, Solver, Surfaces, Transfer};
         let row = |title, shows, gather, settings| Facts { title, shows, gather, settings };
         match self {
             Self::Iso => row("Isosurface", "The nearest surface", Gather::Nearest, &[Solver, Surfaces, Shading]),
@@ -127,9 +129,9 @@ impl Mode {
             ),
             Self::Overlay => row(
                 "Overlay",
-                "The nearer volume transparent, the other one opaque behind it: what one has more than the other shows",
+                "Where two surfaces agree they are one, in bone's colour; elsewhere the nearer volume is transparent, the other one opaque behind it",
                 Gather::FirstOfEach,
-                &[Solver, Surfaces, Shading],
+                &[Solver, Surfaces, Shading, Agreement],
             ),
             Self::Dvr => row(
                 "Volume",

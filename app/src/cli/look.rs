@@ -1,7 +1,7 @@
 //! What options say of how a scene looks, for `render` and `bench` alike.
 
 use super::error::CommandError;
-use super::parsers::{color, number, numbers, one_of, positive, range, share};
+use super::parsers::{color, length, number, numbers, one_of, positive, range, share};
 use bregma_renderer::{
     Clip, Color, CutFace, Integrator, Layer, Mode, Normals, PER_VOXEL, Reconstruction, Scene, Setting, Shape, Shell, Slab,
     WIDEST_CONTOUR_PX, Window,
@@ -73,6 +73,10 @@ pub struct LookArgs {
     /// What cuts show of a volume, or slices
     #[arg(long, value_parser = one_of::<CutFace>())]
     pub cut_face: Option<CutFace>,
+    /// Within what the surfaces of an overlay agree and are drawn as one, mm; 0 for never [default: half a voxel of the coarser scan, or how sure
+    /// the registration is]
+    #[arg(long, value_name = "MM", value_parser = length)]
+    pub agree: Option<f64>,
     /// How thick a slice is, half of it on either side of its plane, mm
     #[arg(long, value_name = "MM", value_parser = positive)]
     pub thickness: Option<f64>,
@@ -165,6 +169,7 @@ impl LookArgs {
         } else {
             scene.cut_face = self.cut_face.unwrap_or(scene.cut_face);
         }
+        scene.agree_within_mm = self.agree.or(scene.agree_within_mm);
         scene.slice.thickness_mm = self.thickness.unwrap_or(scene.slice.thickness_mm);
         scene.slice.slab = self.slab.unwrap_or(scene.slice.slab);
         scene.slice.contour_px = self.contour.unwrap_or(scene.slice.contour_px);
@@ -210,6 +215,7 @@ impl LookArgs {
             ("--value-range", self.value_range.is_some(), numbers),
             ("--window and --level", self.window.is_some(), numbers || faces || slice && scene.slice.face != CutFace::Bone),
             ("--cut-face", self.cut_face.is_some(), cut || slice),
+            ("--agree", self.agree.is_some(), uses(Setting::Agreement)),
             ("--thickness", self.thickness.is_some(), slice),
             ("--contour", self.contour.is_some(), slice),
             ("--depth-cue", self.depth_cue.is_some(), shaded),

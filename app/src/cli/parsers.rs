@@ -69,6 +69,11 @@ pub fn positive(text: &str) -> Result<f64, String> {
     number(text).ok().filter(|&v| v > 0.0).ok_or_else(|| "not a positive number".into())
 }
 
+/// A length, which may be 0.
+pub fn length(text: &str) -> Result<f64, String> {
+    number(text).ok().filter(|&v| v >= 0.0).ok_or_else(|| "not a length of 0 or more".into())
+}
+
 /// A number from 0 to 1.
 pub fn share(text: &str) -> Result<f64, String> {
     number(text).ok().filter(|v| (0.0..=1.0).contains(v)).ok_or_else(|| "not a number from 0 to 1".into())

@@ -37,6 +37,9 @@ pub const COMMANDS: &[Command] = &[
     Command::new(Menu::File, "Save session as…", &[(CTRL_SHIFT, Key::S)], |_, b, ctx| b.save_session(ctx, true)).when(can_save),
     Command::new(Menu::File, "Save picture…", &[(CTRL, Key::P)], save_picture).when(|p, b| {
         can_save(p, b)?;
+        if !b.work.opened.slices.layout.has_picture() {
+            return Err("The picture is not among the views");
+        }
         if b.painter.is_settled() { Ok(()) } else { Err("The picture is being drawn") }
     }),
     Command::new(Menu::File, "Quit", &[(CTRL, Key::Q)], |_, _, ctx| ctx.send_viewport_cmd(ViewportCommand::Close))

@@ -97,7 +97,9 @@ impl Workstation {
 
     /// The picture on the screen is the exact one of what is open.
     pub fn is_settled(&self) -> bool {
-        !self.is_loading() && self.bench.painter.is_settled() && self.bench.slices.are_settled(&self.bench.work)
+        let bench = &self.bench;
+        let is_drawn = !bench.work.opened.slices.layout.has_picture() || bench.painter.is_settled();
+        !self.is_loading() && is_drawn && bench.slices.are_settled(&bench.work)
     }
 
     /// What is drawn.
@@ -197,6 +199,9 @@ impl Workstation {
             let adapter = if p.backend == Backend::Cpu { p.adapter.replacen("cpu", "CPU", 1) } else { p.adapter.clone() };
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
                 under::show(ui, &self.bench);
+                if ui.available_width() < QUALITY {
+                    return;
+                }
                 let text = format!("{quality}  ·  {:.0} ms  ·  {adapter}", p.millis);
                 ui.add(Label::new(RichText::new(text).weak()).truncate());
             });
@@ -353,6 +358,8 @@ impl Workstation {
     }
 }
 
+/// What is less room than this, in points, says nothing of how the picture is drawn.
+const QUALITY: f32 = 60.0;
 /// Height of the line at the bottom, and width of the strip of tools, in points.
 const STATUS: f32 = 26.0;
 const TOOLS: f32 = 46.0;

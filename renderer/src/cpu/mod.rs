@@ -57,7 +57,7 @@ use packets::{Packet, Pixels, packets};
 use project::{Sought, project};
 use ray::{Gathered, View};
 use rayon::prelude::*;
-use shade::{light, paint_faces};
+use shade::{draw_agreed, light, paint_faces};
 use std::mem::discriminant;
 use std::sync::Arc;
 use trace::trace;
@@ -303,15 +303,18 @@ fn draw_band<S: Simd>(simd: S, frame: &Frame, scene: &Scene, band: Band<'_>) {
         for layer in &frame.layers {
             hits.extend(trace(simd, frame, scene, layer, layer.skip.spans.at(packet.x0, y0), &pixels, &hits));
         }
-        let first = nearest(simd, &hits, Floats::splat(simd, 0.0));
+        let mut first = nearest(simd, &hits, Floats::splat(simd, 0.0));
         if !first.found.any_true() {
             continue;
         }
         let view = View::of(simd, frame, scene, &pixels);
+        let second = nearest(simd, &hits, first.id);
+        if frame.overlays {
+            draw_agreed(simd, &view, &mut first, &second);
+        }
         let mut color = light(simd, &view, &first);
         paint_faces(simd, frame, scene, &hits, &first, &mut color);
         if frame.overlays {
-            let second = nearest(simd, &hits, first.id);
             let mut behind = light(simd, &view, &second);
             paint_faces(simd, frame, scene, &hits, &second, &mut behind);
             let opacity = second.found.select(first.opacity, Floats::splat(simd, 1.0));

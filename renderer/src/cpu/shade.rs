@@ -9,7 +9,7 @@ use super::ray::View;
 use super::shadows::shadowed;
 use crate::frame::Frame;
 use crate::lanes::{Floats, Vecs, axes, dot, numbers};
-use crate::scene::Scene;
+use crate::scene::{AGREED, Scene};
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 use glam::Vec3;
@@ -28,6 +28,21 @@ pub(super) fn light<S: Simd>(simd: S, view: &View<'_, S>, drawn: &Drawn<S>) -> V
         }
     }
     view.lit(simd, &drawn.color, &drawn.normal, share, drawn.s)
+}
+
+/// Makes one of the nearest hits and the second ones of an overlay where they agree: bone-coloured and opaque. How far apart they are is taken
+/// across the surface: along the ray, times the larger of the two cosines, so that what is seen from the side agrees as what is seen from the front.
+#[inline(always)]
+pub(super) fn draw_agreed<S: Simd>(simd: S, view: &View<'_, S>, first: &mut Drawn<S>, second: &Drawn<S>) {
+    let [a, b] = [&first.normal, &second.normal].map(
+        #[inline(always)]
+        |normal| dot(normal, &view.direction).abs(),
+    );
+    let apart_mm = (second.s - first.s) * view.mm_per_depth * a.max(b);
+    let agree = second.found & !first.is_face & !second.is_face & apart_mm.simd_le(view.frame.agreement_mm);
+    let bone = AGREED.linear();
+    first.color = axes!(a => agree.select(Floats::splat(simd, bone[a]), first.color[a]));
+    first.opacity = agree.select(Floats::splat(simd, 1.0), first.opacity);
 }
 
 /// Paints the faces of cuts among what is drawn first: with the values of all volumes that are cut there.

@@ -121,6 +121,8 @@ pub(super) struct ShadeParams {
     pub jitter: u32,
     pub cut_face: u32,
     pub skin_mm: f32,
+    pub agreed: [f32; 3],
+    pub agreement_mm: f32,
 }
 
 /// `ShadeLayer` of `shaders/shade.wgsl`.
@@ -256,7 +258,9 @@ mod tests {
                 step_mm,
                 jitter,
                 cut_face,
-                skin_mm
+                skin_mm,
+                agreed,
+                agreement_mm
             ]
         );
         same_layout!(&shade, "ShadeLayer", ShadeLayer, [color, id]);

@@ -7,7 +7,7 @@ use super::shader::{Component, Reads};
 use super::{BATCH, GpuError, GpuRenderer, upload};
 use crate::frame::{Frame, FrameLayer};
 use crate::roots::{Method, Solver};
-use crate::scene::{Integrator, MOST_VOLUMES, Normals, Scene};
+use crate::scene::{AGREED, Integrator, MOST_VOLUMES, Normals, Scene};
 use crate::skip::BLOCK;
 use bregma_field::clip::Half;
 use std::ops::Range;
@@ -253,5 +253,7 @@ fn shade_params(frame: &Frame, scene: &Scene, passes: usize, stride: u32) -> Sha
         jitter: u32::from(matches!(scene.integrator, Integrator::Steps { jitter: true, .. })),
         cut_face: scene.cut_face as u32,
         skin_mm: frame.skin_mm,
+        agreed: AGREED.linear().to_array(),
+        agreement_mm: frame.agreement_mm,
     }
 }

@@ -15,6 +15,7 @@ mod measuring;
 mod opening;
 mod registering;
 mod sheet;
+mod slices;
 
 use bregma::window::{Start, Workstation};
 use bregma_renderer::Mode;

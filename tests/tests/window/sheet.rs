@@ -8,7 +8,7 @@ const SIZES: [([f32; 2], f32); 4] = [([720.0, 480.0], 1.0), ([1280.0, 800.0], 1.
 /// What is done before the window is looked at, with a name for it; each goes on from the one before.
 pub type Step = (&'static str, fn(&mut Window));
 
-const STEPS: [Step; 12] = [
+const STEPS: [Step; 13] = [
     ("opened", |_| {}),
     ("rays", |window| {
         for shift in [egui::vec2(0.0, 0.0), egui::vec2(-30.0, -25.0), egui::vec2(25.0, -45.0)] {
@@ -50,7 +50,14 @@ const STEPS: [Step; 12] = [
         window.run_steps(8);
         window.get_by_label("Sagittal").click_accesskit();
     }),
+    ("slices", |window| {
+        command(window, "Picture and slices");
+        window.get_by_label("Slices").click_accesskit();
+        window.run_steps(8);
+        settle(window);
+    }),
     ("volume", |window| {
+        command(window, "Picture alone");
         window.get_by_role_and_label(Role::RadioButton, "Volume").click_accesskit();
     }),
     ("swipe", |window| {

@@ -25,6 +25,9 @@ pub fn show(ui: &mut Ui, bench: &mut Bench) {
             }
         });
         switches(ui, scene);
+        if scene.mode.uses(Setting::Agreement) {
+            agreement(ui, scene, &opened.volumes);
+        }
         if scene.mode.uses(Setting::Numbers) {
             value_range(ui, &mut scene.value_range, &opened.volumes);
             window(ui, &mut scene.window, || projected(scene.mode, &opened.volumes, picture));
@@ -68,6 +71,23 @@ fn switches(ui: &mut Ui, scene: &mut Scene) {
                 // What was black and white among values says nothing about gradients.
                 scene.window = None;
             }
+        }
+    });
+}
+
+/// Within what two surfaces are one.
+fn agreement(ui: &mut Ui, scene: &mut Scene, volumes: &[Arc<Volume>]) {
+    ui.horizontal(|ui| {
+        let mut within_mm = scene.agreement_mm(volumes);
+        let hint = "Surfaces that lie no farther from each other are drawn once, in bone's colour; at first half a voxel of the coarser scan, or how \
+            sure the registration is";
+        ui.weak("Agree within");
+        let number = DragValue::new(&mut within_mm).range(0.0..=100.0).speed(0.01).max_decimals(3).suffix(" mm").update_while_editing(false);
+        if ui.add(number).on_hover_text(hint).accessible_name("Agree within").changed() {
+            scene.agree_within_mm = Some(within_mm);
+        }
+        if scene.agree_within_mm.is_some() && ui.button("Reset").on_hover_text("What it was at first").clicked() {
+            scene.agree_within_mm = None;
         }
     });
 }

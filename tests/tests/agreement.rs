@@ -1,0 +1,79 @@
+//! Where two surfaces of an overlay agree they are drawn as one.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use bregma_renderer::{Camera, CpuRenderer, GpuRenderer, Mode, Picture, Renderer, Scene};
+use bregma_session::Opened;
+use bregma_tests::{color_difference, data};
+use std::path::Path;
+
+const SIZE: [u32; 2] = [400, 400];
+
+/// Pixels where both scans' surfaces, each drawn alone, lie within half the tolerance of each other, in the pixel and all around it, and bend by
+/// no more than a slope of 4: bone on which the two agree for certain. And how many of them have a colour that jumps: by more than 40/255 against the
+/// middle one of the nine around it, by brightness.
+fn jumps(picture: &Picture, alone: &[Picture; 2], agreement_mm: f64, pixel_mm: f64) -> [usize; 2] {
+    let [w, h] = SIZE.map(|n| n as usize);
+    let agrees = |n: usize| f64::from((alone[0].depth_mm[n] - alone[1].depth_mm[n]).abs()) <= agreement_mm / 2.0;
+    let (mut certain, mut jumping) = (0, 0);
+    for (x, y) in (1..h - 1).flat_map(|y| (1..w - 1).map(move |x| (x, y))) {
+        let at = y * w + x;
+        let around: Vec<usize> = (0..9).map(|n| (y + n / 3 - 1) * w + x + n % 3 - 1).collect();
+        let is_smooth = around.iter().all(|n| f64::from((alone[0].depth_mm[*n] - alone[0].depth_mm[at]).abs()) <= 4.0 * pixel_mm);
+        if !is_smooth || !around.iter().all(|n| agrees(*n)) {
+            continue;
+        }
+        certain += 1;
+        let mut sorted: Vec<[u8; 4]> = around.iter().map(|n| picture.rgba[*n]).collect();
+        sorted.sort_by_key(|c| c[..3].iter().map(|v| u32::from(*v)).sum::<u32>());
+        jumping += usize::from(color_difference(picture.rgba[at], sorted[4]) > 40);
+    }
+    [certain, jumping]
+}
+
+fn check(what: &str, opened: &Opened) {
+    let renderers: [Box<dyn Renderer>; 2] =
+        [Box::new(CpuRenderer::default()), Box::new(GpuRenderer::new(true).expect("a software Vulkan driver is installed by tests/run"))];
+    for mut renderer in renderers {
+        let (mut all, mut before) = ([0; 2], [0; 2]);
+        for azimuth in [0.0, 60.0, 140.0] {
+            let mut scene = Scene { mode: Mode::Overlay, shadows: true, ..opened.scene.clone() };
+            scene.camera = Camera::framing(&opened.bone_points_mm(), azimuth, 20.0, 1.0);
+            let mut draw = |scene: &Scene| renderer.render(&opened.volumes, scene, SIZE[0], SIZE[1]).unwrap();
+            let alone = [0, 1].map(|n| {
+                let mut scene = Scene { mode: Mode::Iso, ..scene.clone() };
+                scene.layers[1 - n].visible = false;
+                draw(&scene)
+            });
+            let (agreement_mm, pixel_mm) = (scene.agreement_mm(&opened.volumes), 1.0);
+            let mut add = |scene: &Scene, to: &mut [usize; 2]| {
+                let [certain, jumping] = jumps(&draw(scene), &alone, agreement_mm, pixel_mm);
+                *to = [to[0] + certain, to[1] + jumping];
+            };
+            add(&scene, &mut all);
+            scene.agree_within_mm = Some(0.0);
+            add(&scene, &mut before);
+        }
+        println!("{what}, {}: {} of {} pixels jump ({} where nothing agrees)", renderer.name(), all[1], all[0], before[1]);
+        assert!(all[0] > 15_000, "{what}: too few pixels agree to prove anything: {all:?}");
+        assert!(all[1] * 1000 < all[0], "{what}: {} of {} pixels jump", all[1], all[0]);
+        assert!(before[1] * 1000 > all[0], "{what}: the measure finds no speckle where there is some: {before:?}");
+    }
+}
+
+#[test]
+fn skulls_that_agree_are_one_without_speckle() {
+    // Fails if agreeing surfaces take turns in being the nearer one, or cast shadows on each other.
+    check("demo", &Opened::demo(128, &Default::default()).unwrap());
+}
+
+#[test]
+fn mice_that_agree_are_one_without_speckle() {
+    let Some(data) = data("agreement of mice") else { return };
+    let file = |name: &str| bregma_session::Source { file: data.join("mouse").join(name), ..Default::default() };
+    let mut second = file("DBA_2J_.nii.gz");
+    second.transform = Some(data.join(Path::new("mouse/rigid_from_landmarks.json")));
+    let mut opened = Opened::read(&[second, file("C57BL6_J_.nii.gz")], &Default::default()).unwrap();
+    opened.scene.layers.iter_mut().for_each(|layer| layer.iso = 40.0);
+    check("mice", &opened);
+}
