@@ -6,6 +6,7 @@
 pub mod anywhere;
 pub mod cloud;
 mod coarse;
+pub mod intensities;
 pub mod landmarks;
 mod motion;
 pub mod orient;

@@ -1,8 +1,11 @@
 //! The command line: what is agreed in `bregma --help`.
 
 use super::look::LookArgs;
-use super::parsers::{Background, background, ball, field_of_view, number, one_of, pair, point, positive, registration_file, size, solver};
+use super::parsers::{
+    Background, background, ball, field_of_view, number, one_of, pair, part, point, positive, registration_file, size, solver,
+};
 use super::sources::Sources;
+use bregma_register::Part;
 use bregma_renderer::{Mode, Solver};
 use bregma_session::register::By;
 use bregma_session::thickness::ThicknessMethod;
@@ -273,7 +276,7 @@ pub struct RegisterArgs {
     /// The registration
     #[arg(long, value_name = "OUT", value_parser = registration_file)]
     pub out: PathBuf,
-    /// By what: points of the same names, or surfaces
+    /// By what: points of the same names, surfaces, or from there the values around them, of one object scanned twice
     #[arg(long, value_parser = one_of::<By>(), default_value = "surfaces")]
     pub by: By,
     /// Landmarks of the moved scan and of the other; surfaces begin where they lead
@@ -288,12 +291,13 @@ pub struct RegisterArgs {
     /// Let landmarks stretch and shear, too
     #[arg(long)]
     pub affine: bool,
-    /// Only the surface within a ball of the scan that stays: centre and radius, mm; several are united
-    #[arg(long, value_name = "X,Y,Z,R", value_parser = ball, allow_hyphen_values = true)]
-    pub only: Vec<(DVec3, f64)>,
-    /// Without the surface within a ball of the scan that stays
-    #[arg(long, value_name = "X,Y,Z,R", value_parser = ball, allow_hyphen_values = true)]
-    pub but: Vec<(DVec3, f64)>,
+    /// Only the surface within a ball (centre and radius) or a box (two opposite corners: X,Y,Z,X,Y,Z) of the scan that stays, mm; several are
+    /// united
+    #[arg(long, value_name = "X,Y,Z,R", value_parser = part, allow_hyphen_values = true)]
+    pub only: Vec<Part>,
+    /// Without the surface within a ball or a box of the scan that stays
+    #[arg(long, value_name = "X,Y,Z,R", value_parser = part, allow_hyphen_values = true)]
+    pub but: Vec<Part>,
     /// Look for the pose of surfaces anywhere, not first where the files put the scans
     #[arg(long)]
     pub anywhere: bool,
