@@ -11,6 +11,7 @@ pub mod landmarks;
 mod motion;
 pub mod orient;
 mod part;
+mod sides;
 mod statistics;
 pub mod sureness;
 pub mod surfaces;
