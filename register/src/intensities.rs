@@ -122,55 +122,70 @@ struct OneWay {
     correlation: f64,
 }
 
-/// Rows of one direction, without what a gain and an offset of the values explain of them, so that these are solved for unseen (Frisch and
-/// Waugh 1933).
+/// Rows of one direction, without what a gain and an offset of the values and a shift along all normals explain of them, so that these are solved
+/// for unseen (Frisch and Waugh 1933).
 fn one_way(compared: &[Compared], centre: DVec3, radius_mm: f64) -> OneWay {
+    let column = |number: &dyn Fn(&Compared) -> f64| -> Vec<f64> { compared.iter().map(number).collect() };
+    let (own, other) = (column(&|c| c.own), column(&|c| c.other));
+    let free = [column(&|_| 1.0), own.clone(), column(&|c| c.outward.length())];
     let mut weights = vec![1.0; compared.len()];
-    let residuals = |line: [f64; 2]| compared.iter().map(move |c| c.other - line[0] - line[1] * c.own);
-    // Weights by the line through all, then by the line that these weigh.
+    let mut basis = orthogonal(&free, &weights);
+    // Weights by what is left with all, then with what these weigh.
     for _ in 0..2 {
-        let line = fitted(compared, &weights, |c| c.other);
-        let (middle, spread) = middle_and_spread(residuals(line));
+        let left = without(other.clone(), &basis, &weights);
+        let (middle, spread) = middle_and_spread(left.iter().copied());
         // Two scans of the same samples leave rounding only.
-        let spread = spread.max(1e-9 * compared.iter().map(|c| c.own.abs()).fold(f64::MIN_POSITIVE, f64::max));
-        weights = residuals(line).map(|r| tukey(r - middle, spread)).collect();
+        let spread = spread.max(1e-9 * own.iter().fold(f64::MIN_POSITIVE, |most, v| most.max(v.abs())));
+        weights = left.iter().map(|v| tukey(v - middle, spread)).collect();
+        basis = orthogonal(&free, &weights);
     }
-    let total = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
-    let square = compared.iter().zip(&weights).map(|(c, w)| w * c.outward.length_squared()).sum::<f64>();
-    let rise = (square / total).sqrt().max(f64::MIN_POSITIVE);
+    let steepness = product(&free[2], &free[2], &weights) / weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+    let per_mm = steepness.sqrt().max(f64::MIN_POSITIVE);
     let full = |c: &Compared| {
-        let normal = c.outward / rise;
+        let normal = c.outward / per_mm;
         let turn = ((c.at - centre) / radius_mm).cross(normal);
-        [turn.x, turn.y, turn.z, normal.x, normal.y, normal.z, c.sign * c.other / rise]
+        [turn.x, turn.y, turn.z, normal.x, normal.y, normal.z, c.sign * c.other / per_mm]
     };
-    let lines: [[f64; 2]; 7] = std::array::from_fn(|n| fitted(compared, &weights, |c| full(c)[n]));
-    let row = |c: &Compared| {
-        let left = full(c);
-        let left: [f64; 7] = std::array::from_fn(|n| left[n] - lines[n][0] - lines[n][1] * c.own);
-        let [a, b, c0, d, e, f, off_mm] = left;
-        Row { row: [a, b, c0, d, e, f, -1.0], off_mm, at: c.at }
+    let full: Vec<[f64; 7]> = compared.iter().map(full).collect();
+    let left: [Vec<f64>; 7] = std::array::from_fn(|n| without(full.iter().map(|row| row[n]).collect(), &basis, &weights));
+    let row = |n: usize| {
+        let at = |column: usize| left[column][n];
+        Row { row: std::array::from_fn(|column| if column < 6 { at(column) } else { -1.0 }), off_mm: at(6), at: compared[n].at }
     };
-    let correlation = correlation(compared, &weights);
-    OneWay { rows: compared.iter().map(row).collect(), weights, correlation }
+    let rows = (0..compared.len()).map(row).collect();
+    let correlation = correlation(&own, &other, &weights);
+    OneWay { rows, weights, correlation }
 }
 
-/// The line of weighted least squares through numbers over the samples' own values: where it begins, and how it rises.
-fn fitted(compared: &[Compared], weights: &[f64], number: impl Fn(&Compared) -> f64) -> [f64; 2] {
-    let mut sums = [0.0; 5];
-    for (c, w) in compared.iter().zip(weights).filter(|(_, w)| **w > 0.0) {
-        let (x, y) = (c.own, number(c));
-        sums.iter_mut().zip([1.0, x, y, x * x, x * y]).for_each(|(sum, v)| *sum += w * v);
-    }
-    let [one, x, y, xx, xy] = sums;
-    let spread = one * xx - x * x;
-    // Values that are all the same have no slope: beyond rounding of the sums.
-    let slope = if spread > 1e-12 * one * xx { (one * xy - x * y) / spread } else { 0.0 };
-    [if one > 0.0 { (y - slope * x) / one } else { 0.0 }, slope]
+fn product(a: &[f64], b: &[f64], weights: &[f64]) -> f64 {
+    a.iter().zip(b).zip(weights).map(|((a, b), w)| w * a * b).sum()
 }
 
-fn correlation(compared: &[Compared], weights: &[f64]) -> f64 {
-    let [_, slope] = fitted(compared, weights, |c| c.other);
-    let swapped: Vec<Compared> = compared.iter().map(|c| Compared { own: c.other, other: c.own, ..*c }).collect();
-    let [_, back] = fitted(&swapped, weights, |c| c.other);
-    (slope * back).max(0.0).sqrt().copysign(slope)
+/// Columns, each without what those before it explain.
+fn orthogonal(columns: &[Vec<f64>], weights: &[f64]) -> Vec<Vec<f64>> {
+    columns.iter().fold(vec![], |mut basis, column| {
+        let own = product(column, column, weights);
+        let left = without(column.clone(), &basis, weights);
+        // What is left of a column that others explain is rounding: a millionth in length.
+        if product(&left, &left, weights) > 1e-12 * own {
+            basis.push(left);
+        }
+        basis
+    })
+}
+
+/// A column without what orthogonal ones explain of it.
+fn without(column: Vec<f64>, basis: &[Vec<f64>], weights: &[f64]) -> Vec<f64> {
+    basis.iter().fold(column, |mut left, other| {
+        let part = product(&left, other, weights) / product(other, other, weights);
+        left.iter_mut().zip(other).for_each(|(v, o)| *v -= part * o);
+        left
+    })
+}
+
+fn correlation(own: &[f64], other: &[f64], weights: &[f64]) -> f64 {
+    let ones = orthogonal(&[vec![1.0; own.len()]], weights);
+    let [x, y] = [own, other].map(|column| without(column.to_vec(), &ones, weights));
+    let square = product(&x, &x, weights) * product(&y, &y, weights);
+    if square > 0.0 { product(&x, &y, weights) / square.sqrt() } else { 0.0 }
 }

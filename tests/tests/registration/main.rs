@@ -5,6 +5,10 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
+mod intensities;
+mod odd_pairs;
+mod stopping;
+
 use bregma_field::interpolant::depth_at;
 use bregma_field::{Cancelled, Grid, IndexPoint, Progress, Registration, Samples, Surface, Volume, WorldPoint, formats, read_transform};
 use bregma_measure::landmarks;
@@ -333,14 +337,19 @@ fn what_cannot_be_known_is_said() {
 
 /// The samples of `volume` on its grid moved by `map`, with air where `keep` does not hold before that.
 fn copied(volume: &Arc<Volume>, map: DAffine3, keep: impl Fn(DVec3) -> bool) -> Arc<Volume> {
+    valued(volume, map, |p, value| if keep(p) { value } else { -1000.0 })
+}
+
+/// The samples of `volume` made anew of where they are and what they were, on its grid moved by `map`.
+fn valued(volume: &Arc<Volume>, map: DAffine3, value: impl Fn(DVec3, f64) -> f64) -> Arc<Volume> {
     let surface = Surface::new(volume, 0.0, DAffine3::IDENTITY).unwrap();
     let (grid, dims) = (volume.grid(), volume.grid().dims());
-    let value = |n: usize| {
+    let at = |n: usize| {
         let index = [n % dims[0], n / dims[0] % dims[1], n / (dims[0] * dims[1])].map(|i| i as f64);
         let point = grid.world(IndexPoint(index.into()));
-        depth_at(&surface, point).filter(|_| keep(point.0)).map_or(-1000.0, |(depth, _)| depth + surface.level) as f32
+        value(point.0, depth_at(&surface, point).map_or(-1000.0, |(depth, _)| depth + surface.level)) as f32
     };
-    let samples = Samples::F32((0..grid.len()).map(value).collect());
+    let samples = Samples::F32((0..grid.len()).map(at).collect());
     bregma_tests::volume("copied", grid.moved(map).unwrap(), samples)
 }
 
