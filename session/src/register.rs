@@ -11,7 +11,7 @@ use bregma_register::cloud::{Cloud, LEAST_POINTS, POINTS};
 use bregma_register::landmarks::{self, Freedom, LandmarkFitError, Paired};
 use bregma_register::surfaces::Pair;
 use bregma_register::{Parts, intensities, sureness};
-use bregma_renderer::named;
+use bregma_renderer::{Layer, named};
 use glam::{DAffine3, DVec3};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
@@ -61,12 +61,13 @@ pub struct Registered {
 }
 
 impl Registered {
-    /// The same where the scene puts the fixed scan by `fixed`: what the moving scan's layer takes. How sure it is is known only there where the
-    /// fixed scan is not stretched.
-    pub fn in_scene(&self, fixed: &DAffine3) -> Registration {
+    /// The same where the scene has the fixed scan as `fixed`: what the moving scan's layer takes. It errs as the fixed scan's own registration
+    /// does, too; where nothing is known of that, as this does. How sure it is is known only where the fixed scan is not stretched.
+    pub fn in_scene(&self, fixed: &Layer) -> Registration {
         let Registration { transform, residual_mm, covariance } = &self.registration;
-        let covariance = covariance.as_ref().and_then(|covariance| covariance.moved(fixed));
-        Registration { transform: *fixed * *transform, residual_mm: *residual_mm, covariance }
+        let moved = covariance.as_ref().and_then(|covariance| covariance.moved(&fixed.transform));
+        let covariance = moved.map(|own| fixed.covariance.as_ref().map_or(own.clone(), |of_fixed| own.and(of_fixed)));
+        Registration { transform: fixed.transform * *transform, residual_mm: *residual_mm, covariance }
     }
 }
 
@@ -224,7 +225,7 @@ fn by_surfaces(opened: &Opened, numbers: [usize; 2], order: &Order, progress: &P
     }
     let alike = (order.by == By::Intensities).then(|| intensities::refine(&pair, found.fit.pose, progress)).transpose()?;
     let last = alike.as_ref().map_or(&found.fit, |alike| &alike.fit);
-    let covariance = sureness::covariance(last);
+    let covariance = if alike.is_some() { sureness::of_values(last) } else { sureness::covariance(last) };
     let mut report = report(&found, &covariance, pair.voxel_mm(), order.freedom);
     report.intensities = alike.as_ref().map(|alike| IntensityReport {
         correlation: alike.correlation,

@@ -90,7 +90,7 @@ pub enum Command {
     Register(Box<RegisterArgs>),
     /// Hold one scan in the Frankfurt horizontal, or about its plane of symmetry
     #[command(
-        after_help = "Landmarks stand among the files. Frankfurt's plane goes through porion left, porion right and orbitale left; the right orbitale is told. The plane of symmetry is that about which the surface is most like its mirror image; where points of the midline are named, the angle to their plane is told.\n\nExamples:\n  bregma orient skull.nrrd skull.mrk.json --out level.json\n  bregma orient skull.nrrd --by symmetry --out upright.json\n  bregma render skull.nrrd --transform level.json --out skull.png"
+        after_help = "Landmarks stand among the files. Frankfurt's plane goes through porion left, porion right and orbitale left; the right orbitale is told. The plane of symmetry is that about which the surface is most like its mirror image; where points of the midline are named, the angle to their plane is told.\n\nExamples:\n  bregma orient skull.nrrd skull.mrk.json --out level.json\n  bregma orient skull.nrrd --by symmetry --out upright.json --mirror-out mirrored.json\n  bregma render skull.nrrd skull.nrrd --transform mirrored.json --mode overlay --out both-sides.png\n  bregma render skull.nrrd --transform level.json --out skull.png"
     )]
     Orient(OrientArgs),
     /// Failure rates of every solver over the hard families: stability.csv, stability.md
@@ -327,6 +327,9 @@ pub struct OrientArgs {
     /// By what
     #[arg(long, value_enum, default_value = "frankfurt")]
     pub by: OrientBy,
+    /// By symmetry: also the registration that lays the scan's mirror image onto the scan, so that one side stands for the other
+    #[arg(long, value_name = "OUT", value_parser = registration_file)]
+    pub mirror_out: Option<PathBuf>,
     /// Standard deviation of each coordinate of a landmark, mm, for the ± of the turns
     #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = positive)]
     pub pick_error: f64,

@@ -6,6 +6,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 mod intensities;
+mod mirrored;
 mod odd_pairs;
 mod stopping;
 
@@ -446,6 +447,46 @@ fn files_carry_how_sure_it_is() {
     let read = read_transform(&file, b.name(), &[a.name()]).unwrap();
     std::fs::remove_file(&file).unwrap();
     assert_eq!(read, registered.registration);
+}
+
+#[test]
+fn a_chain_of_registrations_errs_as_all_of_it() {
+    // Fails if a scan that is laid on a registered one is as sure in the scene as on that one, or the covariance is added at another place.
+    let mut random = random(5);
+    let covariance = |random: &mut Random, centre_mm: DVec3| {
+        // Turns of a thousandth and shifts of a tenth of a mm, each by itself.
+        let spread: [f64; 6] = std::array::from_fn(|n| if n < 3 { 1e-3 } else { 0.1 } * (0.5 + random.unit()));
+        let matrix = std::array::from_fn(|i| std::array::from_fn(|j| if i == j { spread[i] * spread[i] } else { 0.0 }));
+        bregma_field::Covariance { centre_mm, matrix, undetermined: vec![] }
+    };
+    let draw = |random: &mut Random, c: &bregma_field::Covariance| {
+        let mut normal = || (0..12).map(|_| random.unit()).sum::<f64>() - 6.0;
+        let v: [f64; 6] = std::array::from_fn(|n| c.matrix[n][n].sqrt() * normal());
+        let turn = DQuat::from_scaled_axis(DVec3::from_slice(&v[..3]));
+        DAffine3::from_rotation_translation(turn, c.centre_mm + DVec3::from_slice(&v[3..]) - turn * c.centre_mm)
+    };
+    let ball = solid(|p| p.length() - 18.3);
+    let b_to_a = motion(&mut random, DVec3::ZERO, 40.0, 30.0);
+    let c_to_b = motion(&mut random, DVec3::ZERO, 25.0, 10.0);
+    let of_b = covariance(&mut random, DVec3::new(5.0, -60.0, 20.0));
+    let of_c = covariance(&mut random, DVec3::new(-40.0, 0.0, 8.0));
+    let layer = bregma_renderer::Layer { transform: b_to_a, covariance: Some(of_b.clone()), ..bregma_renderer::Layer::new(&ball, 0, 2) };
+    let registration = Registration { transform: c_to_b, residual_mm: None, covariance: Some(of_c.clone()) };
+    let told = Registered { registration, report: Default::default() }.in_scene(&layer);
+    let point = DVec3::new(30.0, 40.0, -50.0);
+    let at = told.transform.transform_point3(point);
+    let mut squares = DVec3::ZERO;
+    const COUNT: usize = 20_000;
+    for _ in 0..COUNT {
+        let chain = draw(&mut random, &of_b) * b_to_a * draw(&mut random, &of_c) * c_to_b;
+        let off = chain.transform_point3(point) - at;
+        squares += off * off;
+    }
+    let found = (squares / COUNT as f64).map(f64::sqrt);
+    let c = told.covariance.unwrap();
+    let expected = DVec3::new(c.variance_at(at, DVec3::X), c.variance_at(at, DVec3::Y), c.variance_at(at, DVec3::Z)).map(f64::sqrt);
+    println!("a chain of two registrations moves a point by {found:.4} mm; told {expected:.4}");
+    assert!((found / expected - 1.0).abs().max_element() < 0.03, "{found} {expected}");
 }
 
 /// Along random rays through two registered scans of one object: how many differences of walls that both show are within their ±, of how many, and
