@@ -1,6 +1,6 @@
 //! How one scan is moved onto another, and how sure that is. The only package that changes a pose.
 //!
-//! By [`landmarks`], or by [`surfaces`] from a pose that is near or from [`anywhere`]; on all of the scans or on [`Parts`] of them. [`sureness`] says
+//! By [`landmarks`], or by [`surfaces`] from a pose that is near or from [`anywhere`], and from there by [`intensities`]; on all of the scans or on [`Parts`] of them. [`sureness`] says
 //! how sure the pose of surfaces is; [`orient`] holds one scan by its points or its symmetry.
 
 pub mod anywhere;

@@ -85,7 +85,7 @@ pub enum Command {
     Thickness(ThicknessArgs),
     /// Move one scan onto another, and say how sure that is
     #[command(
-        after_help = "The first scan is moved onto the second. The name of OUT says the form: .json (with how sure it is, and what it was made from, for `bregma verify`), .tfm or .txt (ITK, 3D Slicer).\n\nExamples:\n  bregma register a.nii.gz b.nii.gz --out a-to-b.json\n  bregma register a.nii.gz b.nii.gz --landmarks a.mrk.json b.mrk.json --by landmarks --out a-to-b.tfm\n  bregma register a.nrrd b.nrrd --only 0,-80,40,60 --out face.json"
+        after_help = "The first scan is moved onto the second. The name of OUT says the form: .json (with how sure it is, and what it was made from, for `bregma verify`), .tfm, .txt or .h5 (ITK, 3D Slicer).\n\nExamples:\n  bregma register a.nii.gz b.nii.gz --out a-to-b.json\n  bregma register a.nii.gz b.nii.gz --landmarks a.mrk.json b.mrk.json --by landmarks --out a-to-b.tfm\n  bregma register a.nrrd b.nrrd --only 0,-80,40,60 --out face.json"
     )]
     Register(Box<RegisterArgs>),
     /// Hold one scan in the Frankfurt horizontal, or about its plane of symmetry

@@ -121,5 +121,5 @@ pub fn background(text: &str) -> Result<Background, String> {
 /// A file that a registration can be written to, by the ending of its name.
 pub fn registration_file(text: &str) -> Result<PathBuf, String> {
     let file = PathBuf::from(text);
-    TransformForm::of(&file).map(|_| file).ok_or_else(|| "no registration has this ending; use .json, .tfm or .txt".into())
+    TransformForm::of(&file).map(|_| file).ok_or_else(|| "no registration has this ending; use .json, .tfm, .txt or .h5".into())
 }

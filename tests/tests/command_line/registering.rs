@@ -30,7 +30,10 @@ fn a_registration_is_made_kept_and_made_again() {
     marks("b.csv", 7.0);
     // B moved by (5, 0, 0) mm, from where it is looked for.
     std::fs::write(d.join("off.json"), "[[1,0,0,5],[0,1,0,0],[0,0,1,0],[0,0,0,1]]").unwrap();
-    let said = stdout(&ok(&d, "register pair/b.nrrd --transform off.json pair/a.nrrd --iso 300 --but 0,-80,-110,30 --but -30,-110,-140,30,-50,-80 --out s.json"));
+    let said = stdout(&ok(
+        &d,
+        "register pair/b.nrrd --transform off.json pair/a.nrrd --iso 300 --but 0,-80,-110,30 --but -30,-110,-140,30,-50,-80 --out s.json",
+    ));
     assert!(said.contains("% have partners") && said.contains("s.json"), "{said}");
     let said = stdout(&ok(&d, "register pair/b.nrrd pair/a.nrrd --landmarks b.csv a.csv --by landmarks --leave-out p3 --out l.json"));
     assert!(said.contains("residual  0.0000 mm") && said.contains("left out"), "{said}");
@@ -62,7 +65,11 @@ fn a_registration_is_made_kept_and_made_again() {
     ok(&d, "register pair/b.nrrd --transform off.json pair/a.nrrd --by intensities --only -90,90,-60,90,-90,90 --out i.json");
     assert!(pair("i.json")["t"][0].as_f64().unwrap().abs() < 0.2, "{}", pair("i.json")["t"]);
     assert_eq!(stdout(&ok(&d, "verify i.json")), "1 of 1 registrations hold\n");
-    for wrong in ["register pair/b.nrrd pair/a.nrrd --only 0,0,0,5,0,9 --out n.json", "register pair/b.nrrd pair/a.nrrd --out n.mat", "register pair/b.nrrd pair/a.nrrd --by landmarks --out n.json"] {
+    for wrong in [
+        "register pair/b.nrrd pair/a.nrrd --only 0,0,0,5,0,9 --out n.json",
+        "register pair/b.nrrd pair/a.nrrd --out n.mat",
+        "register pair/b.nrrd pair/a.nrrd --by landmarks --out n.json",
+    ] {
         assert_eq!(bregma(&d, wrong).status.code(), Some(2), "{wrong}");
     }
     assert!(!d.join("n.json").exists());

@@ -6,7 +6,7 @@ use std::time::Duration;
 #[test]
 fn it_stops_at_any_moment_and_leaves_the_pose() {
     // Fails if some part of the work does not ask whether it should stop, or what was open is changed by work that was stopped.
-    let [a, b] = [Which::A, Which::B].map(|which| Arc::new(skull(which, 128, &Progress::default()).unwrap()));
+    let [a, b] = [Which::A, Which::B].map(|which| Arc::new(skull(which, 96, &Progress::default()).unwrap()));
     let mut open = opened([&b, &a], [226.0; 2]);
     let marks = (0..400).map(|n| {
         let mut random = random(n / 2);
@@ -29,7 +29,7 @@ fn it_stops_at_any_moment_and_leaves_the_pose() {
         let whole_s = before.elapsed().as_secs_f64();
         let scene = open.scene.clone();
         let (mut worst_s, mut stopped): (f64, _) = (0.0, 0);
-        let count = seeds(6);
+        let count = seeds(4);
         for _ in 0..count {
             let progress = Progress::default();
             let wait = Duration::from_secs_f64(random.unit() * whole_s);
