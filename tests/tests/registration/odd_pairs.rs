@@ -49,7 +49,9 @@ fn a_neck_in_one_scan_alone_moves_nothing() {
                 start.map_or("anywhere", |_| "near"),
                 100.0 * report(&found).matched
             );
-            assert!(off < 0.02, "{what}, {by:?}: {off}");
+            // Values just beyond where a scan ends are blurred with air, of 2.2 mm: a fiftieth of a voxel.
+            let most_mm = if by == By::Surfaces { 0.005 } else { 0.05 };
+            assert!(off < most_mm, "{what}, {by:?}: {off}");
             assert!(report(&found).matched < 0.98, "the neck is there: {}", report(&found).matched);
         }
     }
