@@ -2,6 +2,9 @@
 
 use super::*;
 
+/// What a value becomes.
+type Scale<'a> = &'a dyn Fn(f64) -> f64;
+
 /// The phantom made again, moved by a motion that is given back: its values through `values` after a blur of `blur_mm`, on a sheared grid.
 fn made_again(skull: &Arc<Volume>, blur_mm: f64, seed: u64, values: impl Fn(f64) -> f64) -> (Arc<Volume>, DAffine3) {
     let mut random = random(seed);
@@ -37,7 +40,7 @@ fn values_of_another_scale_kernel_or_window_land_where_they_were() {
     let unlike = |v: f64| 0.031 * v + 77.0;
     let window = |v: f64| ((v + 150.0) * 255.0 / 1_000.0).clamp(0.0, 255.0).round();
     let turned = |v: f64| 900.0 * (v.max(-1000.0) / 1000.0 + 1.0).powf(0.7);
-    let cases: [(&str, f64, &dyn Fn(f64) -> f64, f64); 4] = [
+    let cases: [(&str, f64, Scale<'_>, f64); 4] = [
         ("gain and offset on a sheared grid", 0.0, &unlike, 0.01),
         ("gain, offset and another blur", 0.8, &unlike, 0.08),
         ("an 8-bit window", 0.5, &window, 0.03),
