@@ -80,13 +80,13 @@ def surface(image):
     return mesh, vtk_to_numpy(mesh.GetPoints().GetData()).astype(float), vtk_to_numpy(mesh.GetPointData().GetNormals()).astype(float)
 
 
-def bregma(program):
+def bregma(program, by="surfaces"):
     def run(case):
         with tempfile.TemporaryDirectory() as folder:
             start, out = pathlib.Path(folder) / "start.json", pathlib.Path(folder) / "out.json"
             start.write_text(json.dumps(case["start"].tolist()))
             before = resource.getrusage(resource.RUSAGE_CHILDREN)
-            words = [program, "register", case["files"][0], "--transform", start, case["files"][1], "--iso", str(ISO), "--out", out]
+            words = [program, "register", case["files"][0], "--transform", start, case["files"][1], "--iso", str(ISO), "--by", by, "--out", out]
             subprocess.run([str(w) for w in words], check=True, capture_output=True)
             after = resource.getrusage(resource.RUSAGE_CHILDREN)
             pair = next(iter(json.loads(out.read_text())["pairs"].values()))
@@ -228,7 +228,7 @@ def chart(path, results):
 
     figure, axes = plot.subplots(figsize=(7, 4))
     for name, off, seconds in results:
-        axes.scatter(seconds, off, s=60 if name == "Bregma" else 30, color="#b8326f" if name == "Bregma" else "#33709c")
+        axes.scatter(seconds, off, s=60 if name.startswith("Bregma") else 30, color="#b8326f" if name.startswith("Bregma") else "#33709c")
         axes.annotate(name, (seconds, off), textcoords="offset points", xytext=(6, 4), fontsize=9)
     axes.set(xscale="log", yscale="log", xlabel="seconds of the processor", ylabel="mean error at 45 landmarks, mm")
     # Names stand to the right of their points.
@@ -255,6 +255,7 @@ def main():
     middle = np.array(image.TransformContinuousIndexToPhysicalPoint([(n - 1) / 2 for n in image.GetSize()]))
     makers = {
         "Bregma": lambda: bregma(args.program),
+        "Bregma, values": lambda: bregma(args.program, "intensities"),
         "Open3D, plane": lambda: open3d(False),
         "Open3D, plane, Tukey 0.3": lambda: open3d(True),
         "small_gicp": small_gicp,

@@ -15,7 +15,7 @@ mod uncertainty;
 
 pub use bregma_field::interpolant::profile;
 pub use edge::Edge;
-pub use probe::{corrections, iso_tolerance, probe, probe_cut};
+pub use probe::{corrections, iso_tolerance, mirrored, probe, probe_cut};
 pub use record::{CrossingRecord, Difference, DifferenceRay, LedgerEntry, Meets, Pair, RayRecord, Segment, Shift, VolumeRecord};
 pub use threshold::unlike_thresholds;
 pub use uncertainty::Uncertainty;

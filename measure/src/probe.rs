@@ -65,6 +65,12 @@ pub fn corrections(volume: &Volume) -> Vec<String> {
     volume.placing().notes().into_iter().map(|note| format!("{}: {note}", volume.name())).collect()
 }
 
+/// That a scan is shown as its mirror image, where what moves it mirrors it.
+pub fn mirrored(name: &str, transform: &DAffine3) -> Option<String> {
+    let is_mirrored = transform.matrix3.determinant() < 0.0;
+    is_mirrored.then(|| format!("{name}: is a mirror image by its registration: its left side lies on the right"))
+}
+
 fn cast(
     volumes: &[Arc<Volume>],
     measured: impl IntoIterator<Item = impl Into<Measured>>,
@@ -73,7 +79,10 @@ fn cast(
 ) -> Result<DifferenceRay, GridError> {
     let visible: Vec<(usize, (&Arc<Volume>, Measured))> =
         volumes.iter().zip(measured.into_iter().map(Into::into)).enumerate().filter(|(_, (_, measured))| measured.visible).collect();
-    let corrections: Vec<String> = visible.iter().flat_map(|(_, (volume, _))| corrections(volume)).collect();
+    let of_scan = |(volume, measured): &(&Arc<Volume>, Measured)| {
+        corrections(volume).into_iter().chain(mirrored(volume.name(), &measured.transform)).collect::<Vec<_>>()
+    };
+    let corrections: Vec<String> = visible.iter().flat_map(|(_, scan)| of_scan(scan)).collect();
     let records = visible.into_iter().map(|(index, (volume, measured))| {
         let whole = Surface::new(volume, measured.iso, measured.transform)?;
         let left = clips.map(|clips| whole.clone().cut(clips, index)).filter(|left| !left.region.is_all());

@@ -133,6 +133,8 @@ fn leftward(normal: DVec3) -> DVec3 {
 pub struct Symmetry {
     /// The plane.
     pub plane: Plane,
+    /// Mirrors the scan and lays its image onto it: a reflection and what it turns beside.
+    pub image: DAffine3,
     /// How the mirror image lies on the surface.
     pub found: Found,
     /// What the mirrored pose turns beside mirroring, degrees: 0 but for rounding and what is not symmetric.
@@ -152,7 +154,12 @@ pub fn symmetry(surface: &Surface, parts: &Parts, progress: &Progress) -> Result
     let image = Surface { grid: surface.grid.moved(mirror)?, ..surface.clone() };
     let image = Cloud::of(&image, POINTS, progress)?;
     let pair = Pair { moving: &image, fixed: &cloud, parts };
-    let found = anywhere::from(&pair, Some(DAffine3::IDENTITY), progress)?;
+    // Where a side is missing, the scan's box may lie about its plane better than what is left.
+    let of_box = (0.125 * surface.grid.corners_mm().into_iter().sum::<DVec3>() - middle).x;
+    let starts = [0.0, of_box].map(|x_mm| DAffine3::from_translation(2.0 * x_mm * DVec3::X));
+    let [of_points, of_box] = starts.map(|start| anywhere::from(&pair, Some(start), progress));
+    let (of_points, of_box) = (of_points?, of_box?);
+    let found = if of_box.agreement > of_points.agreement { of_box } else { of_points };
     let whole = found.fit.pose * mirror;
     // A reflection turns its normal round, and moves a point by twice its distance from the plane.
     let matrix = whole.matrix3;
@@ -162,7 +169,7 @@ pub fn symmetry(surface: &Surface, parts: &Parts, progress: &Progress) -> Result
     let normal = leftward(DVec3::from(vectors[0]));
     let point_mm = 0.5 * (middle + whole.transform_point3(middle));
     let twist_deg = 0.5 * turn_deg(matrix * matrix);
-    Ok(Symmetry { plane: Plane { point_mm, normal }, found, twist_deg })
+    Ok(Symmetry { plane: Plane { point_mm, normal }, image: whole, found, twist_deg })
 }
 
 #[cfg(test)]
@@ -252,6 +259,9 @@ mod tests {
             let truth = Plane { point_mm: pose.transform_point3(DVec3::ZERO), normal: pose.transform_vector3(DVec3::X) };
             let off_mm = (found.plane.point_mm - truth.point_mm).dot(truth.normal).abs();
             println!("plane off by {:.3}° and {off_mm:.3} mm, twist {:.4}°", found.plane.angle_deg(&truth), found.twist_deg);
+            let point = pose.transform_point3(DVec3::new(40.0, -30.0, 12.0));
+            let image = pose.transform_point3(DVec3::new(-40.0, -30.0, 12.0));
+            assert!(found.image.transform_point3(point).distance(image) < 0.3, "the image of the left is the right");
             assert!(found.plane.angle_deg(&truth) < 0.1 && off_mm < 0.1 && found.twist_deg < 0.1);
             let held = found.plane.upright();
             assert!(held.transform_vector3(found.plane.normal).distance(DVec3::X) < 1e-12);

@@ -5,6 +5,7 @@
 //! 1967 and White 1980 by clusters: Liang and Zeger 1986, Biometrika 73, 13–22). Clusters by place alone see a third of it: in each, what moves two
 //! opposite sides cancels.
 
+use crate::motion::{Motion, Row, solve};
 use crate::surfaces::Fit;
 use crate::symmetric::{self, Symmetric};
 use bregma_field::Covariance;
@@ -12,18 +13,31 @@ use glam::DVec3;
 use std::collections::BTreeMap;
 
 /// The side of a block, in parts of the size of what is moved; blocks begin at its middle. On rescans of a skull with another threshold, blur and
-/// crop, intervals of blocks twice as large hold the truth too often, of half the size too seldom (docs/registration.md).
-const BLOCK: f64 = 1.0;
+/// crop, intervals of larger blocks hold the truth too often, of smaller ones too seldom (docs/registration.md).
+const BLOCK: f64 = 0.85;
 
 /// A motion that changes partners by less than this part of what it moves them, squared, is held by nothing: normals of a noisy ball, which no turn
 /// changes, are off by a few degrees.
 const HELD: f64 = 0.004;
 
-/// The covariance of the pose of a fit that has come to rest.
+/// The covariance of the pose of a fit of surfaces that has come to rest.
 pub fn covariance(fit: &Fit) -> Covariance {
+    of_motions(fit, |held| sandwich(fit, held, BLOCK * fit.radius_mm))
+}
+
+/// The same of a fit of values: with what parts of space, left out in turn, move it. In values blur does not move sides of bones but whole regions
+/// against each other, which blocks that face one way see half of (docs/registration.md).
+pub fn of_values(fit: &Fit) -> Covariance {
+    of_motions(fit, |held| {
+        let (blocks, octants) = (sandwich(fit, held, BLOCK * fit.radius_mm), without_octants(fit));
+        std::array::from_fn(|i| std::array::from_fn(|j| blocks[i][j] + octants[i][j]))
+    })
+}
+
+fn of_motions(fit: &Fit, spread: impl Fn(&Symmetric<6>) -> Symmetric<6>) -> Covariance {
     let radius_mm = fit.radius_mm;
     let (held, open) = held(fit);
-    let found = sandwich(fit, &held, BLOCK * radius_mm);
+    let found = spread(&held);
     // From turns in mm at the radius to radians.
     let per = |n: usize| if n < 3 { 1.0 / radius_mm } else { 1.0 };
     let matrix = std::array::from_fn(|i| std::array::from_fn(|j| 0.5 * (found[i][j] + found[j][i]) * per(i) * per(j)));
@@ -70,6 +84,28 @@ fn sandwich(fit: &Fit, inverse: &Symmetric<6>, side_mm: f64) -> Symmetric<6> {
         std::array::from_fn(|i| std::array::from_fn(|j| (0..6).map(|k| a[i][k] * b[k][j]).sum()))
     };
     times(&times(inverse, &middle), inverse).map(|row| row.map(|v| v * count / (count - 1.0)))
+}
+
+/// How far the pose spreads where each of the eight octants about the middle is left out in turn (the jackknife: Efron and Stein
+/// 1981, Ann. Statist. 9, 586–596).
+fn without_octants(fit: &Fit) -> Symmetric<6> {
+    const OCTANTS: u32 = 8;
+    let moved: Vec<[f64; 6]> = (0..OCTANTS)
+        .map(|octant| {
+            let stays = |row: &Row| (row.at - fit.centre).cmpge(DVec3::ZERO).bitmask() != octant;
+            let weights: Vec<f64> = fit.rows.iter().zip(&fit.weights).map(|(row, w)| if stays(row) { *w } else { 0.0 }).collect();
+            let Motion { turn_rad, shift_mm, .. } = solve(&fit.rows, &weights, fit.centre, fit.radius_mm).motion;
+            let turn_mm = turn_rad * fit.radius_mm;
+            [turn_mm.x, turn_mm.y, turn_mm.z, shift_mm.x, shift_mm.y, shift_mm.z]
+        })
+        .collect();
+    let count = f64::from(OCTANTS);
+    let middle: [f64; 6] = std::array::from_fn(|n| moved.iter().map(|motion| motion[n]).sum::<f64>() / count);
+    let mut spread = [[0.0; 6]; 6];
+    for motion in &moved {
+        symmetric::add_outer(&mut spread, &std::array::from_fn(|n| motion[n] - middle[n]), (count - 1.0) / count);
+    }
+    spread
 }
 
 /// Which of the six ways along the axes a normal is nearest to.

@@ -31,7 +31,7 @@ impl Kind {
         let ends = |endings: &[&str]| endings.iter().any(|ending| name.ends_with(ending));
         if ends(&[".mrk.json", ".fcsv", ".tps", ".csv"]) {
             Self::Landmarks
-        } else if ends(&[".tfm"]) {
+        } else if ends(&[".tfm", ".h5"]) {
             Self::Registration
         } else if ends(&[".json"]) {
             of_json(file)

@@ -143,6 +143,10 @@ impl Opened {
                 opened.scene.layers[n] = layer;
             } else if let Some(file) = opened.sources[n].transform.clone() {
                 opened.registered(n, &file).or_else(&mut *on_error)?;
+                if opened.scene.layers[n].transform.matrix3.determinant() < 0.0 {
+                    let name = opened.sources[n].name();
+                    opened.rename(n, &format!("mirror image of {name}"));
+                }
             }
         }
         opened.take_sessions(sessions);
@@ -277,9 +281,15 @@ impl Opened {
         bregma_measure::unlike_thresholds(&visible.map(|(volume, layer)| (volume.name(), layer.iso, volume.unit())).collect::<Vec<_>>())
     }
 
-    /// What was corrected of where the scans lie, each a sentence that names its scan. All that is measured on them has these beside it.
+    /// What was corrected of where the scans lie, and which are mirrored, each a sentence that names its scan. All that is measured on them has these
+    /// beside it.
     pub fn corrections(&self) -> Vec<String> {
-        self.volumes.iter().flat_map(|v| bregma_measure::corrections(v)).collect()
+        self.volumes.iter().flat_map(|v| bregma_measure::corrections(v)).chain(self.mirrored()).collect()
+    }
+
+    fn mirrored(&self) -> impl Iterator<Item = String> {
+        let scans = self.volumes.iter().zip(&self.scene.layers);
+        scans.filter_map(|(v, layer)| bregma_measure::mirrored(v.name(), &layer.transform))
     }
 
     /// What people should know about the scans and their isovalues before they trust a picture or a number.
@@ -292,7 +302,7 @@ impl Opened {
             let text = format!("{}: the isovalue {iso} lies outside its range, {first} to {last}: {what}", v.name());
             (!(low..=high).contains(&layer.iso)).then_some(text)
         });
-        of_files.chain(outside).collect()
+        of_files.chain(outside).chain(self.mirrored()).collect()
     }
 }
 

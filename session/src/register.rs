@@ -10,8 +10,8 @@ use bregma_register::anywhere::{self, Found, LIKELY};
 use bregma_register::cloud::{Cloud, LEAST_POINTS, POINTS};
 use bregma_register::landmarks::{self, Freedom, LandmarkFitError, Paired};
 use bregma_register::surfaces::Pair;
-use bregma_register::{Parts, sureness};
-use bregma_renderer::named;
+use bregma_register::{Parts, intensities, sureness};
+use bregma_renderer::{Layer, named};
 use glam::{DAffine3, DVec3};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
@@ -27,6 +27,8 @@ named! {
         /// Their surfaces.
         #[default]
         Surfaces = "surfaces",
+        /// Their values around the surfaces, of one object scanned twice.
+        Intensities = "intensities",
     }
 }
 
@@ -59,12 +61,13 @@ pub struct Registered {
 }
 
 impl Registered {
-    /// The same where the scene puts the fixed scan by `fixed`: what the moving scan's layer takes. How sure it is is known only there where the
-    /// fixed scan is not stretched.
-    pub fn in_scene(&self, fixed: &DAffine3) -> Registration {
+    /// The same where the scene has the fixed scan as `fixed`: what the moving scan's layer takes. It errs as the fixed scan's own registration
+    /// does, too; where nothing is known of that, as this does. How sure it is is known only where the fixed scan is not stretched.
+    pub fn in_scene(&self, fixed: &Layer) -> Registration {
         let Registration { transform, residual_mm, covariance } = &self.registration;
-        let covariance = covariance.as_ref().and_then(|covariance| covariance.moved(fixed));
-        Registration { transform: *fixed * *transform, residual_mm: *residual_mm, covariance }
+        let moved = covariance.as_ref().and_then(|covariance| covariance.moved(&fixed.transform));
+        let covariance = moved.map(|own| fixed.covariance.as_ref().map_or(own.clone(), |of_fixed| own.and(of_fixed)));
+        Registration { transform: fixed.transform * *transform, residual_mm: *residual_mm, covariance }
     }
 }
 
@@ -90,8 +93,22 @@ pub struct Report {
     /// Of surfaces.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub surfaces: Option<SurfaceReport>,
+    /// Of values, which began where surfaces led.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub intensities: Option<IntensityReport>,
     /// What the person should know.
     pub notes: Vec<String>,
+}
+
+/// How well the values of two scans lie on each other.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct IntensityReport {
+    /// Correlation of the values around the surfaces that count, −1 to 1.
+    pub correlation: f64,
+    /// Part of the values that count.
+    pub matched: f64,
+    /// As far as they moved the middle of the scan from where surfaces led, mm.
+    pub moved_mm: f64,
 }
 
 /// How well two surfaces lie on each other.
@@ -159,7 +176,7 @@ const AMBIGUOUS: f64 = 0.9;
 pub fn register(opened: &Opened, [moving, fixed]: [usize; 2], order: &Order, progress: &Progress) -> Result<Registered, RegisterError> {
     match order.by {
         By::Landmarks => by_landmarks(opened, [moving, fixed], order),
-        By::Surfaces => by_surfaces(opened, [moving, fixed], order, progress),
+        By::Surfaces | By::Intensities => by_surfaces(opened, [moving, fixed], order, progress),
     }
 }
 
@@ -180,7 +197,7 @@ fn by_landmarks(opened: &Opened, numbers: [usize; 2], order: &Order) -> Result<R
         notes.push(format!("{} is stretched and sheared: lengths on it are not its own", names[0]));
     }
     let registration = Registration { transform: fit.pose, residual_mm: Some(fit.rms_mm), covariance: fit.covariance };
-    Ok(Registered { registration, report: Report { landmarks: fit.pairs, surfaces: None, notes } })
+    Ok(Registered { registration, report: Report { landmarks: fit.pairs, notes, ..Report::default() } })
 }
 
 /// The landmarks of a scan in its own world: they are kept where the scene puts it.
@@ -206,9 +223,16 @@ fn by_surfaces(opened: &Opened, numbers: [usize; 2], order: &Order, progress: &P
     if found.fit.matched() == 0.0 {
         return Err(RegisterError::Apart);
     }
-    let covariance = sureness::covariance(&found.fit);
-    let report = report(&found, &covariance, pair.voxel_mm(), order.freedom);
-    Ok(Registered { registration: Registration { transform: found.fit.pose, residual_mm: None, covariance: Some(covariance) }, report })
+    let alike = (order.by == By::Intensities).then(|| intensities::refine(&pair, found.fit.pose, progress)).transpose()?;
+    let last = alike.as_ref().map_or(&found.fit, |alike| &alike.fit);
+    let covariance = if alike.is_some() { sureness::of_values(last) } else { sureness::covariance(last) };
+    let mut report = report(&found, &covariance, pair.voxel_mm(), order.freedom);
+    report.intensities = alike.as_ref().map(|alike| IntensityReport {
+        correlation: alike.correlation,
+        matched: last.matched(),
+        moved_mm: last.centre.distance(found.fit.centre),
+    });
+    Ok(Registered { registration: Registration { transform: last.pose, residual_mm: None, covariance: Some(covariance) }, report })
 }
 
 /// Digits double with each step: a matrix that is stretched a millionfold is orthogonal after so many.
@@ -267,7 +291,7 @@ fn report(found: &Found, covariance: &Covariance, voxel_mm: f64, freedom: Freedo
         middle_mm: DVec3::new(along(DVec3::X), along(DVec3::Y), along(DVec3::Z)),
         histogram: histogram(fit.rows.iter().map(|r| r.off_mm), fit.spread_mm),
     };
-    Report { landmarks: vec![], surfaces: Some(surfaces), notes }
+    Report { surfaces: Some(surfaces), notes, ..Report::default() }
 }
 
 /// Numbers within six spreads of zero, in 48 bins: the middle of each and how many it holds.

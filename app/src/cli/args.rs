@@ -2,9 +2,10 @@
 
 use super::look::LookArgs;
 use super::parsers::{
-    Background, Plane, background, ball, field_of_view, number, one_of, pair, plane, point, positive, registration_file, size, solver,
+    Background, Plane, background, ball, field_of_view, number, one_of, pair, part, plane, point, positive, registration_file, size, solver,
 };
 use super::sources::Sources;
+use bregma_register::Part;
 use bregma_renderer::{Mode, Solver};
 use bregma_session::register::By;
 use bregma_session::thickness::ThicknessMethod;
@@ -84,12 +85,12 @@ pub enum Command {
     Thickness(ThicknessArgs),
     /// Move one scan onto another, and say how sure that is
     #[command(
-        after_help = "The first scan is moved onto the second. The name of OUT says the form: .json (with how sure it is, and what it was made from, for `bregma verify`), .tfm or .txt (ITK, 3D Slicer).\n\nExamples:\n  bregma register a.nii.gz b.nii.gz --out a-to-b.json\n  bregma register a.nii.gz b.nii.gz --landmarks a.mrk.json b.mrk.json --by landmarks --out a-to-b.tfm\n  bregma register a.nrrd b.nrrd --only 0,-80,40,60 --out face.json"
+        after_help = "The first scan is moved onto the second. The name of OUT says the form: .json (with how sure it is, and what it was made from, for `bregma verify`), .tfm, .txt or .h5 (ITK, 3D Slicer).\n\nExamples:\n  bregma register a.nii.gz b.nii.gz --out a-to-b.json\n  bregma register a.nii.gz b.nii.gz --landmarks a.mrk.json b.mrk.json --by landmarks --out a-to-b.tfm\n  bregma register a.nrrd b.nrrd --only 0,-80,40,60 --out face.json"
     )]
     Register(Box<RegisterArgs>),
     /// Hold one scan in the Frankfurt horizontal, or about its plane of symmetry
     #[command(
-        after_help = "Landmarks stand among the files. Frankfurt's plane goes through porion left, porion right and orbitale left; the right orbitale is told. The plane of symmetry is that about which the surface is most like its mirror image; where points of the midline are named, the angle to their plane is told.\n\nExamples:\n  bregma orient skull.nrrd skull.mrk.json --out level.json\n  bregma orient skull.nrrd --by symmetry --out upright.json\n  bregma render skull.nrrd --transform level.json --out skull.png"
+        after_help = "Landmarks stand among the files. Frankfurt's plane goes through porion left, porion right and orbitale left; the right orbitale is told. The plane of symmetry is that about which the surface is most like its mirror image; where points of the midline are named, the angle to their plane is told.\n\nExamples:\n  bregma orient skull.nrrd skull.mrk.json --out level.json\n  bregma orient skull.nrrd --by symmetry --out upright.json --mirror-out mirrored.json\n  bregma render skull.nrrd skull.nrrd --transform mirrored.json --mode overlay --out both-sides.png\n  bregma render skull.nrrd --transform level.json --out skull.png"
     )]
     Orient(OrientArgs),
     /// Failure rates of every solver over the hard families: stability.csv, stability.md
@@ -279,7 +280,7 @@ pub struct RegisterArgs {
     /// The registration
     #[arg(long, value_name = "OUT", value_parser = registration_file)]
     pub out: PathBuf,
-    /// By what: points of the same names, or surfaces
+    /// By what: points of the same names, surfaces, or from there the values around them, of one object scanned twice
     #[arg(long, value_parser = one_of::<By>(), default_value = "surfaces")]
     pub by: By,
     /// Landmarks of the moved scan and of the other; surfaces begin where they lead
@@ -294,12 +295,13 @@ pub struct RegisterArgs {
     /// Let landmarks stretch and shear, too
     #[arg(long)]
     pub affine: bool,
-    /// Only the surface within a ball of the scan that stays: centre and radius, mm; several are united
-    #[arg(long, value_name = "X,Y,Z,R", value_parser = ball, allow_hyphen_values = true)]
-    pub only: Vec<(DVec3, f64)>,
-    /// Without the surface within a ball of the scan that stays
-    #[arg(long, value_name = "X,Y,Z,R", value_parser = ball, allow_hyphen_values = true)]
-    pub but: Vec<(DVec3, f64)>,
+    /// Only the surface within a ball (centre and radius) or a box (two opposite corners: X,Y,Z,X,Y,Z) of the scan that stays, mm; several are
+    /// united
+    #[arg(long, value_name = "X,Y,Z,R", value_parser = part, allow_hyphen_values = true)]
+    pub only: Vec<Part>,
+    /// Without the surface within a ball or a box of the scan that stays
+    #[arg(long, value_name = "X,Y,Z,R", value_parser = part, allow_hyphen_values = true)]
+    pub but: Vec<Part>,
     /// Look for the pose of surfaces anywhere, not first where the files put the scans
     #[arg(long)]
     pub anywhere: bool,
@@ -329,6 +331,9 @@ pub struct OrientArgs {
     /// By what
     #[arg(long, value_enum, default_value = "frankfurt")]
     pub by: OrientBy,
+    /// By symmetry: also the registration that lays the scan's mirror image onto the scan, so that one side stands for the other
+    #[arg(long, value_name = "OUT", value_parser = registration_file)]
+    pub mirror_out: Option<PathBuf>,
     /// Standard deviation of each coordinate of a landmark, mm, for the ± of the turns
     #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = positive)]
     pub pick_error: f64,

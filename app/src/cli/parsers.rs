@@ -2,6 +2,7 @@
 
 use bregma_field::formats::{RawLayoutError, Reduce, Uneven};
 use bregma_field::{TransformForm, Turn, TurnError};
+use bregma_register::Part;
 use bregma_renderer::{BodyPlane, Color, Named, Solver};
 use bregma_session::Raw;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -107,6 +108,21 @@ pub fn ball(text: &str) -> Result<(DVec3, f64), String> {
     if radius > 0.0 { Ok((DVec3::new(x, y, z), radius)) } else { Err("its radius is not positive".into()) }
 }
 
+/// A ball by its centre and radius, or a box by two opposite corners.
+pub fn part(text: &str) -> Result<Part, String> {
+    if numbers::<4>(text).is_ok() {
+        return ball(text).map(|(centre_mm, radius_mm)| Part::Ball { centre_mm, radius_mm });
+    }
+    let [x0, y0, z0, x1, y1, z1] =
+        numbers(text).map_err(|_| "neither a ball (X,Y,Z,RADIUS) nor a box by two corners (X,Y,Z,X,Y,Z)".to_owned())?;
+    let (a, b) = (DVec3::new(x0, y0, z0), DVec3::new(x1, y1, z1));
+    if a.cmpeq(b).any() {
+        Err("its corners leave no room between them".into())
+    } else {
+        Ok(Part::Box { low_mm: a.min(b), high_mm: a.max(b) })
+    }
+}
+
 pub fn spacing(text: &str) -> Result<DVec3, String> {
     point(text).ok().filter(|s| s.min_element() > 0.0).ok_or_else(|| "not three positive lengths with commas between them".into())
 }
@@ -153,5 +169,5 @@ pub fn background(text: &str) -> Result<Background, String> {
 /// A file that a registration can be written to, by the ending of its name.
 pub fn registration_file(text: &str) -> Result<PathBuf, String> {
     let file = PathBuf::from(text);
-    TransformForm::of(&file).map(|_| file).ok_or_else(|| "no registration has this ending; use .json, .tfm or .txt".into())
+    TransformForm::of(&file).map(|_| file).ok_or_else(|| "no registration has this ending; use .json, .tfm, .txt or .h5".into())
 }

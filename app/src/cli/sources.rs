@@ -28,7 +28,7 @@ impl<const MIN: usize> Args for Sources<MIN> {
             )
             .arg(
                 option("transform", "FILE").value_parser(path()).help(
-                    "Registration of the scan before it: JSON (4×4 rows; R and t; or pairs, chosen by name or FILE#NAME) or ITK .tfm",
+                    "Registration of the scan before it: JSON (4×4 rows; R and t; or pairs, chosen by name or FILE#NAME) or ITK .tfm, .h5",
                 ),
             )
             .arg(

@@ -30,7 +30,10 @@ fn a_registration_is_made_kept_and_made_again() {
     marks("b.csv", 7.0);
     // B moved by (5, 0, 0) mm, from where it is looked for.
     std::fs::write(d.join("off.json"), "[[1,0,0,5],[0,1,0,0],[0,0,1,0],[0,0,0,1]]").unwrap();
-    let said = stdout(&ok(&d, "register pair/b.nrrd --transform off.json pair/a.nrrd --iso 300 --but 0,-80,-110,30 --out s.json"));
+    let said = stdout(&ok(
+        &d,
+        "register pair/b.nrrd --transform off.json pair/a.nrrd --iso 300 --but 0,-80,-110,30 --but -30,-110,-140,30,-50,-80 --out s.json",
+    ));
     assert!(said.contains("% have partners") && said.contains("s.json"), "{said}");
     let said = stdout(&ok(&d, "register pair/b.nrrd pair/a.nrrd --landmarks b.csv a.csv --by landmarks --leave-out p3 --out l.json"));
     assert!(said.contains("residual  0.0000 mm") && said.contains("left out"), "{said}");
@@ -59,7 +62,14 @@ fn a_registration_is_made_kept_and_made_again() {
         "register pair/b.nrrd pair/a.nrrd --landmarks b.csv a.csv --by landmarks --leave-out p3 --leave-out p2 --out n.json",
         &["2 landmarks"],
     );
-    for wrong in ["register pair/b.nrrd pair/a.nrrd --out n.mat", "register pair/b.nrrd pair/a.nrrd --by landmarks --out n.json"] {
+    ok(&d, "register pair/b.nrrd --transform off.json pair/a.nrrd --by intensities --only -90,90,-60,90,-90,90 --out i.json");
+    assert!(pair("i.json")["t"][0].as_f64().unwrap().abs() < 0.2, "{}", pair("i.json")["t"]);
+    assert_eq!(stdout(&ok(&d, "verify i.json")), "1 of 1 registrations hold\n");
+    for wrong in [
+        "register pair/b.nrrd pair/a.nrrd --only 0,0,0,5,0,9 --out n.json",
+        "register pair/b.nrrd pair/a.nrrd --out n.mat",
+        "register pair/b.nrrd pair/a.nrrd --by landmarks --out n.json",
+    ] {
         assert_eq!(bregma(&d, wrong).status.code(), Some(2), "{wrong}");
     }
     assert!(!d.join("n.json").exists());
@@ -86,4 +96,27 @@ fn a_skull_is_held_by_its_points_and_by_its_symmetry() {
     std::fs::write(d.join("points.csv"), points.replace("orbitale left", "orbitale")).unwrap();
     fails(&d, "orient pair/a.nrrd points.csv --out n.json", &["set orbitale left"]);
     assert_eq!(bregma(&d, "orient pair/a.nrrd pair/b.nrrd --out n.json").status.code(), Some(2));
+}
+
+#[test]
+fn a_mirror_image_is_called_one_wherever_it_is_measured() {
+    // Fails if the image is laid beside the scan, or a length on it passes for the scan's own.
+    let d = folder("mirrored");
+    ok(&d, "demo --size 48 --out pair");
+    let said = stdout(&ok(&d, "orient pair/a.nrrd --by symmetry --out upright.json --mirror-out mirrored.json"));
+    assert!(said.contains("mirrored.json: the mirror image of a.nrrd on itself"), "{said}");
+    let written: Value = serde_json::from_str(&std::fs::read_to_string(d.join("mirrored.json")).unwrap()).unwrap();
+    assert!(written["mirrored"] == true && written["covariance"]["matrix"].is_array(), "{written}");
+    let line = "probe pair/a.nrrd pair/a.nrrd --transform mirrored.json --origin -200,-20,20 --direction 1,0,0 --format json";
+    let out = ok(&d, line);
+    assert!(stderr(&out).contains("mirror image of a.nrrd: is a mirror image"), "{}", stderr(&out));
+    std::fs::write(d.join("ray.json"), stdout(&out)).unwrap();
+    let ray: Value = serde_json::from_str(&stdout(&out)).unwrap();
+    assert!(ray["notes"].to_string().contains("mirror image of a.nrrd") && ray["volumes"][1]["name"] == "mirror image of a.nrrd", "{ray}");
+    // The phantom is nearly its own mirror image.
+    let from = |n: usize| ray["volumes"][n]["segments"][0]["from_mm"].as_f64().unwrap();
+    assert!((from(0) - from(1)).abs() < 0.5, "{} {}", from(0), from(1));
+    ok(&d, "verify ray.json");
+    ok(&d, "render pair/a.nrrd pair/a.nrrd --transform mirrored.json --mode overlay --size 32x32 --out both.png");
+    assert_eq!(bregma(&d, "orient pair/a.nrrd --out n.json --mirror-out m.json").status.code(), Some(2));
 }

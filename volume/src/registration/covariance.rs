@@ -42,6 +42,28 @@ impl Covariance {
         self.variance(along, point_mm.cross(along))
     }
 
+    /// Of one motion after another that is sure by `other`, in one world: each errs by itself.
+    pub fn and(&self, other: &Self) -> Self {
+        // The other's turns about this centre: τ + ω × d.
+        let d = self.centre_mm - other.centre_mm;
+        let about = |v: &[f64; 6]| {
+            let shift = DVec3::from_slice(&v[3..]) + DVec3::from_slice(&v[..3]).cross(d);
+            [v[0], v[1], v[2], shift.x, shift.y, shift.z]
+        };
+        let rows = other.matrix.map(|row| about(&row));
+        let columns: [[f64; 6]; 6] = std::array::from_fn(|n| about(&std::array::from_fn(|m| rows[m][n])));
+        let mut matrix = self.matrix;
+        for i in 0..6 {
+            for j in 0..=i {
+                // Rounding differs above and below the diagonal.
+                matrix[i][j] += 0.5 * (columns[j][i] + columns[i][j]);
+                matrix[j][i] = matrix[i][j];
+            }
+        }
+        let undetermined = self.undetermined.iter().copied().chain(other.undetermined.iter().map(about)).collect();
+        Self { centre_mm: self.centre_mm, matrix, undetermined }
+    }
+
     /// The same where all of that world is moved by `motion`; none where that is not rigid, as a turn would then be none any more.
     pub fn moved(&self, motion: &DAffine3) -> Option<Self> {
         let turn = motion.matrix3;
@@ -120,6 +142,29 @@ mod tests {
             assert_eq!(held_moved.variance_at(motion.transform_point3(DVec3::new(80.0, 3.0, -9.0)), linear * DVec3::Z), 0.0);
         }
         assert_eq!(c.moved(&DAffine3::from_scale(DVec3::new(1.0, 1.0, 1.1))), None);
+    }
+
+    #[test]
+    fn of_two_motions_both_count() {
+        // Fails if the second's turns are taken about the first's centre as they are, or a motion that it left undetermined is forgotten.
+        let of = |seed: usize, centre_mm: DVec3| {
+            let factor = |i: usize, n: usize| (((i * 7 + n * (3 + seed)) % 5) as f64 - 2.0) * 0.03;
+            let entry = |i: usize, j: usize| (0..6).map(|n| factor(i, n) * factor(j, n)).sum::<f64>();
+            let matrix = std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)));
+            Covariance { centre_mm, matrix, undetermined: vec![] }
+        };
+        let (a, b) = (of(0, DVec3::new(10.0, -20.0, 30.0)), of(1, DVec3::new(-70.0, 5.0, 0.0)));
+        let both = a.and(&b);
+        assert!(both.is_sound());
+        for (point, along) in [(DVec3::new(80.0, 3.0, -9.0), DVec3::X), (DVec3::new(-7.0, 60.0, 55.0), DVec3::new(0.6, 0.0, 0.8))] {
+            let sum = a.variance_at(point, along) + b.variance_at(point, along);
+            assert!(sum > 0.0 && (both.variance_at(point, along) - sum).abs() < 1e-12 * sum);
+        }
+        let open = Covariance { matrix: [[0.0; 6]; 6], undetermined: vec![[0.0, 0.0, 0.01, 0.0, 0.0, 0.0]], ..b.clone() };
+        let at_axis = b.centre_mm + DVec3::Z * 40.0;
+        let both = a.and(&open);
+        assert_eq!(both.variance_at(at_axis + DVec3::X, DVec3::Y), f64::INFINITY);
+        assert!(both.variance_at(at_axis, DVec3::Y).is_finite());
     }
 
     #[test]

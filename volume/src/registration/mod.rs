@@ -1,6 +1,7 @@
 //! Registration: rigid and affine transforms of the world (LPS mm), read from the files that other programs write, and written.
 
 mod covariance;
+mod hdf5;
 mod write;
 
 pub use covariance::Covariance;
@@ -41,7 +42,7 @@ impl Registration {
 /// Reads the registration that moves the volume called `moving` onto one of those called `fixed`, from
 /// * JSON: 4×4 rows, or an object with `R` (3×3 rows) and `t`; or `pairs`, an object of such objects named `moving->fixed`
 ///   after the scans, of which `FILE#NAME` picks one by name;
-/// * an ITK text transform (`.tfm`): affine, Euler or versor. ITK's map leads from the fixed to the moving image, as resampling
+/// * an ITK transform as text (`.tfm`) or HDF5 (`.h5`): affine, Euler or versor. ITK's map leads from the fixed to the moving image, as resampling
 ///   needs it, so the volume is moved by its inverse, as in 3D Slicer.
 pub fn read_transform(path: &Path, moving: &str, fixed: &[&str]) -> Result<Registration, TransformError> {
     let text_path = path.to_string_lossy();
@@ -49,13 +50,16 @@ pub fn read_transform(path: &Path, moving: &str, fixed: &[&str]) -> Result<Regis
     let split = text_path.rsplit_once('#').filter(|_| !path.exists());
     let (file, pair) = split.map_or((path, None), |(file, pair)| (Path::new(file), Some(pair)));
     let fail = |reason: String| TransformError { file: file.display().to_string(), reason };
-    let text = std::fs::read_to_string(file).map_err(|e| fail(format!("cannot be read ({e}); check the name and permissions")))?;
-    let registration = if text.trim_start().starts_with("#Insight Transform File") {
+    let bytes = std::fs::read(file).map_err(|e| fail(format!("cannot be read ({e}); check the name and permissions")))?;
+    let text = String::from_utf8_lossy(&bytes);
+    let registration = if bytes.starts_with(hdf5::MAGIC) {
+        hdf5::read(bytes).map(|t| Registration::of(t.inverse()))
+    } else if text.trim_start().starts_with("#Insight Transform File") {
         itk(&text).map(|t| Registration::of(t.inverse()))
     } else {
         match serde_json::from_str::<Value>(&text) {
             Ok(value) => json(&value, moving, fixed, pair),
-            Err(e) => Err(format!("is neither JSON ({e}) nor an ITK text transform; give a 4×4 matrix, R and t, or a .tfm")),
+            Err(e) => Err(format!("is neither JSON ({e}) nor an ITK transform; give a 4×4 matrix, R and t, a .tfm or a .h5")),
         }
     };
     let registration = registration.map_err(fail)?;
@@ -124,8 +128,11 @@ fn itk(text: &str) -> Result<DAffine3, String> {
     if text.lines().filter(|l| l.starts_with("Transform:")).count() > 1 {
         return Err("holds several transforms; combine them into one".into());
     }
-    let parameters = list("Parameters:")?;
-    let fixed = list("FixedParameters:")?;
+    linear(kind, &list("Parameters:")?, &list("FixedParameters:")?)
+}
+
+/// ITK's rigid and affine transforms by their parameters.
+fn linear(kind: &str, parameters: &[f64], fixed: &[f64]) -> Result<DAffine3, String> {
     let centre = fixed.get(..3).map_or(DVec3::ZERO, DVec3::from_slice);
     let count = |n: usize| {
         if parameters.len() == n { Ok(()) } else { Err(format!("has {} parameters where {kind} has {n}", parameters.len())) }

@@ -1,6 +1,6 @@
 //! Registrations as files.
 
-use super::{Registration, TransformError};
+use super::{Registration, TransformError, hdf5};
 use crate::replace::replace_file;
 use glam::DAffine3;
 use serde_json::{Map, Value, json};
@@ -13,6 +13,8 @@ pub enum TransformForm {
     Json,
     /// `.tfm`, `.txt`: ITK's text, as 3D Slicer, ANTs and elastix read it; it holds the transform alone.
     Itk,
+    /// `.h5`: the same in HDF5, as SimpleITK and ANTs read it.
+    Hdf5,
 }
 
 impl TransformForm {
@@ -22,6 +24,7 @@ impl TransformForm {
         match ending.as_str() {
             "json" => Some(Self::Json),
             "tfm" | "txt" => Some(Self::Itk),
+            "h5" => Some(Self::Hdf5),
             _ => None,
         }
     }
@@ -36,15 +39,16 @@ pub fn write_transform(
     record: Map<String, Value>,
 ) -> Result<(), TransformError> {
     let fail = |reason: String| TransformError { file: path.display().to_string(), reason };
-    let text = match TransformForm::of(path) {
+    let bytes = match TransformForm::of(path) {
         Some(TransformForm::Json) => {
             let object = Value::Object(object(registration, record));
-            format!("{:#}\n", names.map_or(object.clone(), |names| json!({ "pairs": { names.join("->"): object } })))
+            format!("{:#}\n", names.map_or(object.clone(), |names| json!({ "pairs": { names.join("->"): object } }))).into_bytes()
         }
-        Some(TransformForm::Itk) => itk(&registration.transform.inverse()),
-        None => return Err(fail("has an ending that no registration has; use .json, .tfm or .txt".into())),
+        Some(TransformForm::Itk) => itk(&registration.transform.inverse()).into_bytes(),
+        Some(TransformForm::Hdf5) => hdf5::written(&registration.transform.inverse()).map_err(fail)?,
+        None => return Err(fail("has an ending that no registration has; use .json, .tfm, .txt or .h5".into())),
     };
-    replace_file(path, |to| std::fs::write(to, &text)).map_err(|e| fail(format!("cannot be written ({e}); choose another folder")))
+    replace_file(path, |to| std::fs::write(to, &bytes)).map_err(|e| fail(format!("cannot be written ({e}); choose another folder")))
 }
 
 /// A registration as JSON has it.
@@ -82,7 +86,9 @@ mod tests {
         let transform = DAffine3::from_mat3_translation(matrix, DVec3::new(1e3, -0.1, 1.0 / 3.0));
         let covariance = Covariance { centre_mm: DVec3::Y, matrix: [[1.0 / 7.0; 6]; 6], undetermined: vec![[0.5; 6]] };
         let written = Registration { transform, residual_mm: Some(0.1 + 0.2), covariance: Some(covariance) };
-        for (name, names) in [("a.json", Some(["a", "b"])), ("alone.json", None), ("a.tfm", None), ("a.txt", Some(["a", "b"]))] {
+        for (name, names) in
+            [("a.json", Some(["a", "b"])), ("alone.json", None), ("a.tfm", None), ("a.h5", None), ("a.txt", Some(["a", "b"]))]
+        {
             let path = std::env::temp_dir().join(format!("bregma-registration-{}-{name}", std::process::id()));
             write_transform(&path, names, &written, Map::new()).unwrap();
             let read = read_transform(&path, "a", &["b"]).unwrap();

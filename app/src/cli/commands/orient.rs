@@ -6,11 +6,12 @@ use crate::cli::opening::{open, require_spacing};
 use crate::cli::terminal::{print, with_progress};
 use bregma_field::{Registration, Surface, write_transform};
 use bregma_measure::numbers::fixed;
-use bregma_register::Parts;
 use bregma_register::orient::{frankfurt, midsagittal, symmetry};
+use bregma_register::{Parts, sureness};
 use bregma_session::{CRANIOMETRIC, Opened};
 use glam::{DAffine3, DVec3};
 use serde_json::Map;
+use std::path::Path;
 
 /// Writes the pose that holds the scan so.
 pub fn orient(args: &OrientArgs) -> Result<(), CommandError> {
@@ -19,9 +20,12 @@ pub fn orient(args: &OrientArgs) -> Result<(), CommandError> {
         return Err(CommandError::Usage(format!("{} scans are named; one is held", opened.volumes.len())));
     }
     require_spacing(&opened)?;
+    if args.mirror_out.is_some() && args.by != OrientBy::Symmetry {
+        return Err(CommandError::Usage("--mirror-out needs --by symmetry".into()));
+    }
     let (pose, told) = match args.by {
         OrientBy::Frankfurt => by_points(&opened, args.pick_error)?,
-        OrientBy::Symmetry => by_symmetry(&opened)?,
+        OrientBy::Symmetry => by_symmetry(&opened, args.mirror_out.as_deref())?,
     };
     write_transform(&args.out, None, &Registration::of(pose), Map::new())?;
     print(&format!("{}\n{told}{}\n", opened.volumes[0].name(), args.out.display()))
@@ -38,7 +42,7 @@ fn by_points(opened: &Opened, pick_mm: f64) -> Result<(DAffine3, String), Comman
     Ok((held.pose, told))
 }
 
-fn by_symmetry(opened: &Opened) -> Result<(DAffine3, String), CommandError> {
+fn by_symmetry(opened: &Opened, image: Option<&Path>) -> Result<(DAffine3, String), CommandError> {
     let layer = &opened.scene.layers[0];
     let surface = Surface::new(&opened.volumes[0], layer.iso, DAffine3::IDENTITY)?;
     let found = with_progress("mirroring", |progress| symmetry(&surface, &Parts::default(), progress))?;
@@ -54,6 +58,13 @@ fn by_symmetry(opened: &Opened) -> Result<(DAffine3, String), CommandError> {
     );
     if let Some(plane) = midsagittal(&midline(opened)) {
         told += &format!("  midline    its points' plane is turned by {}° against this one\n", fixed(plane.angle_deg(&found.plane), 2));
+    }
+    if let Some(file) = image {
+        let covariance = Some(sureness::covariance(&found.found.fit));
+        let registration = Registration { transform: found.image, residual_mm: None, covariance };
+        let record = Map::from_iter([("mirrored".to_owned(), true.into())]);
+        write_transform(file, None, &registration, record)?;
+        told += &format!("{}: the mirror image of {} on itself\n", file.display(), opened.volumes[0].name());
     }
     Ok((found.plane.upright(), told))
 }

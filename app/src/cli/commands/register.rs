@@ -5,8 +5,8 @@ use crate::cli::error::CommandError;
 use crate::cli::opening::{open, require_spacing};
 use crate::cli::terminal::{print, warn, with_progress};
 use bregma_measure::numbers::fixed;
+use bregma_register::Parts;
 use bregma_register::landmarks::Freedom;
-use bregma_register::{Part, Parts};
 use bregma_session::Opened;
 use bregma_session::register::{By, Order, Registered, register as bring_together, write};
 use std::path::Path;
@@ -21,7 +21,7 @@ pub fn register(args: &RegisterArgs) -> Result<(), CommandError> {
     take_landmarks(&mut opened, args)?;
     let registered = with_progress("registering", |progress| -> Result<_, CommandError> {
         let mut order = order(args);
-        if order.by == By::Surfaces && !args.anywhere {
+        if order.by != By::Landmarks && !args.anywhere {
             let own = opened.scene.layers[1].transform.inverse() * opened.scene.layers[0].transform;
             let by_landmarks = Order { by: By::Landmarks, ..order.clone() };
             // Landmarks are a start where they make one.
@@ -53,15 +53,12 @@ fn take_landmarks(opened: &mut Opened, args: &RegisterArgs) -> Result<(), Comman
 }
 
 fn order(args: &RegisterArgs) -> Order {
-    let balls = |list: &[(glam::DVec3, f64)]| {
-        list.iter().map(|(centre_mm, radius_mm)| Part::Ball { centre_mm: *centre_mm, radius_mm: *radius_mm }).collect()
-    };
     let freedom = match (args.similarity, args.affine) {
         (true, _) => Freedom::Similarity,
         (_, true) => Freedom::Affine,
         _ => Freedom::Rigid,
     };
-    let parts = Parts { only: balls(&args.only), but: balls(&args.but) };
+    let parts = Parts { only: args.only.clone(), but: args.but.clone() };
     Order { by: args.by, freedom, left_out: args.leave_out.clone(), parts, start: None }
 }
 
@@ -87,6 +84,14 @@ fn told(opened: &Opened, registered: &Registered, file: &Path) -> String {
     }
     if let Some(rms) = registered.registration.residual_mm {
         line(format!("residual  {} mm, root mean square", mm(rms)));
+    }
+    if let Some(i) = &registered.report.intensities {
+        line(format!(
+            "values    correlation {}; {} % of them count; {} mm from where surfaces led",
+            fixed(i.correlation, 4),
+            fixed(100.0 * i.matched, 0),
+            mm(i.moved_mm)
+        ));
     }
     if let Some(s) = &registered.report.surfaces {
         line(format!(

@@ -84,7 +84,7 @@ impl RegisterPanel {
         });
         let opened = Opened { landmarks: work.measured.landmarks.clone(), ..work.opened.clone() };
         let cannot = match self.by {
-            By::Surfaces => {
+            By::Surfaces | By::Intensities => {
                 self.start(ui);
                 None
             }
@@ -188,7 +188,7 @@ impl RegisterPanel {
 
     fn order(&self, opened: &Opened) -> Order {
         let [moving, fixed] = self.numbers.map(|n| opened.scene.layers[n].transform);
-        let start = (self.by == By::Surfaces && !self.anywhere).then(|| fixed.inverse() * moving);
+        let start = (self.by != By::Landmarks && !self.anywhere).then(|| fixed.inverse() * moving);
         let left_out = if self.by == By::Landmarks { self.left_out.clone() } else { vec![] };
         Order { by: self.by, left_out, start, ..Order::default() }
     }

@@ -32,7 +32,7 @@ impl Fitted {
 
     /// What the moved scan's layer has of it.
     fn registration(&self) -> Registration {
-        self.registered.in_scene(&self.before.scene.layers[self.numbers[1]].transform)
+        self.registered.in_scene(&self.before.scene.layers[self.numbers[1]])
     }
 
     /// The numbers that its scans have now, if they are open.

@@ -5,6 +5,11 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
+mod intensities;
+mod mirrored;
+mod odd_pairs;
+mod stopping;
+
 use bregma_field::interpolant::depth_at;
 use bregma_field::{Cancelled, Grid, IndexPoint, Progress, Registration, Samples, Surface, Volume, WorldPoint, formats, read_transform};
 use bregma_measure::landmarks;
@@ -61,7 +66,11 @@ fn opened(volumes: [&Arc<Volume>; 2], isovalues: [f64; 2]) -> Opened {
 }
 
 fn surfaces(volumes: [&Arc<Volume>; 2], isovalues: [f64; 2], start: Option<DAffine3>) -> Registered {
-    let order = Order { start, ..Order::default() };
+    brought_together(By::Surfaces, volumes, isovalues, start)
+}
+
+fn brought_together(by: By, volumes: [&Arc<Volume>; 2], isovalues: [f64; 2], start: Option<DAffine3>) -> Registered {
+    let order = Order { by, start, ..Order::default() };
     register(&opened(volumes, isovalues), [0, 1], &order, &Progress::default()).unwrap()
 }
 
@@ -133,26 +142,28 @@ fn a_scan_made_again_lands_where_it_was() {
     let Some(folder) = data("a_scan_made_again_lands_where_it_was") else { return };
     let (volume, points) = mouse(&folder, "C57BL6_J_");
     let iso = volume.default_isovalue().0;
-    let (mut off_mm, mut seconds) = (vec![], vec![]);
-    for seed in 0..seeds(4) {
-        let mut random = random(seed);
-        let (again, truth) = rescan(&volume, &Rescan { voxel_mm: 0.16, noise: 3.0, keep: 1.0 }, &mut random);
-        let start = truth * motion(&mut random, middle(&volume), 10.0, 1.5);
-        let before = processor_s();
-        let found = surfaces([&volume, &again], [iso, iso], Some(start));
-        seconds.push(processor_s() - before);
-        off_mm.push(apart(&points, &found.registration.transform, &truth));
-        assert!(!report(&found).is_of_two);
-    }
     let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
-    println!(
-        "made again, 25° and 0.16 mm: mean error at 45 landmarks {:.5} mm (worst of {} seeds {:.5}), {:.2} s of the processor, other tests beside",
-        mean(&off_mm),
-        off_mm.len(),
-        off_mm.iter().copied().fold(0.0, f64::max),
-        mean(&seconds)
-    );
-    assert!(mean(&off_mm) <= 0.0016 && off_mm.iter().all(|mm| *mm <= 0.003), "{off_mm:?}");
+    for by in [By::Surfaces, By::Intensities] {
+        let (mut off_mm, mut seconds) = (vec![], vec![]);
+        for seed in 0..seeds(4) {
+            let mut random = random(seed);
+            let (again, truth) = rescan(&volume, &Rescan { voxel_mm: 0.16, noise: 3.0, keep: 1.0 }, &mut random);
+            let start = truth * motion(&mut random, middle(&volume), 10.0, 1.5);
+            let before = processor_s();
+            let found = brought_together(by, [&volume, &again], [iso, iso], Some(start));
+            seconds.push(processor_s() - before);
+            off_mm.push(apart(&points, &found.registration.transform, &truth));
+            assert!(!report(&found).is_of_two);
+        }
+        println!(
+            "made again, 25° and 0.16 mm, by {by:?}: mean error at 45 landmarks {:.5} mm (worst of {} seeds {:.5}), {:.2} s of the processor, other tests beside",
+            mean(&off_mm),
+            off_mm.len(),
+            off_mm.iter().copied().fold(0.0, f64::max),
+            mean(&seconds)
+        );
+        assert!(mean(&off_mm) <= 0.0016 && off_mm.iter().all(|mm| *mm <= 0.003), "{by:?}: {off_mm:?}");
+    }
 }
 
 #[test]
@@ -243,31 +254,34 @@ fn intervals_of_the_pose_hold_the_truth() {
     let Some(folder) = data("intervals_of_the_pose_hold_the_truth") else { return };
     let (volume, points) = mouse(&folder, "C57BL6_J_");
     let iso = volume.default_isovalue().0;
-    let (mut held, mut all) = (0, 0);
     let count = seeds(8);
+    let mut held = [(By::Surfaces, 0), (By::Intensities, 0)];
     for seed in 0..count {
         let mut random = random(seed + 900);
         let how = Rescan { voxel_mm: 0.14 + 0.06 * random.unit(), noise: 3.0, keep: if seed % 2 == 0 { 1.0 } else { 0.8 } };
         let (again, truth) = rescan(&volume, &how, &mut random);
         let other_iso = iso + 10.0 * (random.unit() - 0.5);
         let start = truth * motion(&mut random, middle(&volume), 3.0, 0.3);
-        let found = surfaces([&volume, &again], [iso, other_iso], Some(start)).registration;
-        let covariance = found.covariance.as_ref().unwrap();
-        for p in &points {
-            let at = truth.transform_point3(*p);
-            let off = found.transform.transform_point3(*p) - at;
-            for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
-                held += usize::from(off.dot(axis).abs() <= 1.96 * covariance.variance_at(at, axis).sqrt());
-                all += 1;
+        for (by, held) in &mut held {
+            let found = brought_together(*by, [&volume, &again], [iso, other_iso], Some(start)).registration;
+            let covariance = found.covariance.as_ref().unwrap();
+            for p in &points {
+                let at = truth.transform_point3(*p);
+                let off = found.transform.transform_point3(*p) - at;
+                let is_within = |axis: &DVec3| off.dot(*axis).abs() <= 1.96 * covariance.variance_at(at, *axis).sqrt();
+                *held += [DVec3::X, DVec3::Y, DVec3::Z].iter().filter(|axis| is_within(axis)).count();
             }
         }
     }
-    let share = 100.0 * held as f64 / all as f64;
-    println!(
-        "{count} scans made again with another threshold, blur and crop: 95 % intervals hold the truth in {share:.1} % of {all} coordinates of landmarks"
-    );
-    let bounds = if count >= 100 { 93.0..=97.5 } else { 85.0..=100.0 };
-    assert!(bounds.contains(&share), "{share}");
+    for (by, held) in held {
+        let all = 3 * points.len() * count as usize;
+        let share = 100.0 * held as f64 / all as f64;
+        println!(
+            "{count} scans made again with another threshold, blur and crop, by {by:?}: 95 % intervals hold the truth in {share:.1} % of {all} coordinates of landmarks"
+        );
+        let bounds = if count >= 60 { 93.0..=97.0 } else { 80.0..=100.0 };
+        assert!(bounds.contains(&share), "{by:?}: {share}");
+    }
 }
 
 #[test]
@@ -327,14 +341,19 @@ fn what_cannot_be_known_is_said() {
 
 /// The samples of `volume` on its grid moved by `map`, with air where `keep` does not hold before that.
 fn copied(volume: &Arc<Volume>, map: DAffine3, keep: impl Fn(DVec3) -> bool) -> Arc<Volume> {
+    valued(volume, map, |p, value| if keep(p) { value } else { -1000.0 })
+}
+
+/// The samples of `volume` made anew of where they are and what they were, on its grid moved by `map`.
+fn valued(volume: &Arc<Volume>, map: DAffine3, value: impl Fn(DVec3, f64) -> f64) -> Arc<Volume> {
     let surface = Surface::new(volume, 0.0, DAffine3::IDENTITY).unwrap();
     let (grid, dims) = (volume.grid(), volume.grid().dims());
-    let value = |n: usize| {
+    let at = |n: usize| {
         let index = [n % dims[0], n / dims[0] % dims[1], n / (dims[0] * dims[1])].map(|i| i as f64);
         let point = grid.world(IndexPoint(index.into()));
-        depth_at(&surface, point).filter(|_| keep(point.0)).map_or(-1000.0, |(depth, _)| depth + surface.level) as f32
+        value(point.0, depth_at(&surface, point).map_or(-1000.0, |(depth, _)| depth + surface.level)) as f32
     };
-    let samples = Samples::F32((0..grid.len()).map(value).collect());
+    let samples = Samples::F32((0..grid.len()).map(at).collect());
     bregma_tests::volume("copied", grid.moved(map).unwrap(), samples)
 }
 
@@ -431,6 +450,46 @@ fn files_carry_how_sure_it_is() {
     let read = read_transform(&file, b.name(), &[a.name()]).unwrap();
     std::fs::remove_file(&file).unwrap();
     assert_eq!(read, registered.registration);
+}
+
+#[test]
+fn a_chain_of_registrations_errs_as_all_of_it() {
+    // Fails if a scan that is laid on a registered one is as sure in the scene as on that one, or the covariance is added at another place.
+    let mut random = random(5);
+    let covariance = |random: &mut Random, centre_mm: DVec3| {
+        // Turns of a thousandth and shifts of a tenth of a mm, each by itself.
+        let spread: [f64; 6] = std::array::from_fn(|n| if n < 3 { 1e-3 } else { 0.1 } * (0.5 + random.unit()));
+        let matrix = std::array::from_fn(|i| std::array::from_fn(|j| if i == j { spread[i] * spread[i] } else { 0.0 }));
+        bregma_field::Covariance { centre_mm, matrix, undetermined: vec![] }
+    };
+    let draw = |random: &mut Random, c: &bregma_field::Covariance| {
+        let mut normal = || (0..12).map(|_| random.unit()).sum::<f64>() - 6.0;
+        let v: [f64; 6] = std::array::from_fn(|n| c.matrix[n][n].sqrt() * normal());
+        let turn = DQuat::from_scaled_axis(DVec3::from_slice(&v[..3]));
+        DAffine3::from_rotation_translation(turn, c.centre_mm + DVec3::from_slice(&v[3..]) - turn * c.centre_mm)
+    };
+    let ball = solid(|p| p.length() - 18.3);
+    let b_to_a = motion(&mut random, DVec3::ZERO, 40.0, 30.0);
+    let c_to_b = motion(&mut random, DVec3::ZERO, 25.0, 10.0);
+    let of_b = covariance(&mut random, DVec3::new(5.0, -60.0, 20.0));
+    let of_c = covariance(&mut random, DVec3::new(-40.0, 0.0, 8.0));
+    let layer = bregma_renderer::Layer { transform: b_to_a, covariance: Some(of_b.clone()), ..bregma_renderer::Layer::new(&ball, 0, 2) };
+    let registration = Registration { transform: c_to_b, residual_mm: None, covariance: Some(of_c.clone()) };
+    let told = Registered { registration, report: Default::default() }.in_scene(&layer);
+    let point = DVec3::new(30.0, 40.0, -50.0);
+    let at = told.transform.transform_point3(point);
+    let mut squares = DVec3::ZERO;
+    const COUNT: usize = 20_000;
+    for _ in 0..COUNT {
+        let chain = draw(&mut random, &of_b) * b_to_a * draw(&mut random, &of_c) * c_to_b;
+        let off = chain.transform_point3(point) - at;
+        squares += off * off;
+    }
+    let found = (squares / COUNT as f64).map(f64::sqrt);
+    let c = told.covariance.unwrap();
+    let expected = DVec3::new(c.variance_at(at, DVec3::X), c.variance_at(at, DVec3::Y), c.variance_at(at, DVec3::Z)).map(f64::sqrt);
+    println!("a chain of two registrations moves a point by {found:.4} mm; told {expected:.4}");
+    assert!((found / expected - 1.0).abs().max_element() < 0.03, "{found} {expected}");
 }
 
 /// Along random rays through two registered scans of one object: how many differences of walls that both show are within their ±, of how many, and
