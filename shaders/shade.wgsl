@@ -24,9 +24,19 @@ fn agree(index: u32, first: u32, second: u32, view: vec3<f32>, mm_per_depth: f32
     return a.y != FACE && b.y != FACE && apart_mm <= shading.agreement_mm;
 }
 
-// The colour of a hit on a surface of some colour; `bit` says whether it lies in shadow.
-fn light(index: u32, layer: u32, own: vec3<f32>, view: vec3<f32>, bit: u32) -> vec3<f32> {
-    let normal = hits[layer * shading.stride + index].xyz;
+// Of what agrees the mean of both, so that it does not matter which is the nearer one.
+fn agreed_normal(index: u32, first: u32, second: u32) -> vec3<f32> {
+    let own = hits[first * shading.stride + index].xyz;
+    let both = own + hits[second * shading.stride + index].xyz;
+    let size = length(both);
+    if size > 0.0 {
+        return both / size;
+    }
+    return own;
+}
+
+// The colour of a hit on a surface of some colour, with a normal; `bit` says whether it lies in shadow.
+fn light(index: u32, layer: u32, own: vec3<f32>, normal: vec3<f32>, view: vec3<f32>, bit: u32) -> vec3<f32> {
     if normal.y == FACE {
         return face_color(index, layer);
     }
@@ -82,12 +92,13 @@ fn shade(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
     }
     var color: vec3<f32>;
     if second != NO_PASS && agree(index, first, second, view, mm_per_depth) {
-        color = light(index, first, shading.agreed, view, FIRST_IS_DARK);
+        color = light(index, first, shading.agreed, agreed_normal(index, first, second), view, FIRST_IS_DARK);
     } else {
-        color = light(index, first, layers[first].color.rgb, view, FIRST_IS_DARK);
+        color = light(index, first, layers[first].color.rgb, hits[first * shading.stride + index].xyz, view, FIRST_IS_DARK);
         if second != NO_PASS {
             let opacity = layers[first].color.a;
-            color = color * opacity + light(index, second, layers[second].color.rgb, view, SECOND_IS_DARK) * (1.0 - opacity);
+            let normal = hits[second * shading.stride + index].xyz;
+            color = color * opacity + light(index, second, layers[second].color.rgb, normal, view, SECOND_IS_DARK) * (1.0 - opacity);
         }
     }
     let s = hits[first * shading.stride + index].w;

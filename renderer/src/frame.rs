@@ -16,8 +16,8 @@ use std::sync::Arc;
 /// surface casts a shadow on itself at its own hit; and far below what a pixel shows.
 pub const SHADOW_START_VOXEL: f64 = 0.01;
 
-/// Where two surfaces count as one, neither casts a shadow on the other: shadow rays begin beyond both, also where the light comes in at 15°.
-pub const SHADOW_START_AGREEMENTS: f64 = 4.0;
+/// Where two surfaces count as one, neither casts a shadow on the other: shadow rays begin beyond both, also where the light comes in at 30°.
+pub const SHADOW_START_AGREEMENTS: f64 = 2.0;
 
 /// One visible layer of a frame.
 #[derive(Debug)]

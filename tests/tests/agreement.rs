@@ -2,16 +2,22 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use bregma_renderer::{Camera, CpuRenderer, GpuRenderer, Mode, Picture, Renderer, Scene};
+use bregma_renderer::{Camera, CpuRenderer, GpuRenderer, Mode, Picture, Projection, Renderer, Scene};
 use bregma_session::Opened;
 use bregma_tests::{color_difference, data};
-use std::path::Path;
 
-const SIZE: [u32; 2] = [400, 400];
+const SIZE: [u32; 2] = [800, 800];
+
+/// Whether the colour of a pixel jumps: by more than 40/255 against the middle one of the nine around it, by brightness.
+fn jumps_at(picture: &Picture, around: &[usize]) -> bool {
+    let mut sorted: Vec<[u8; 4]> = around.iter().map(|n| picture.rgba[*n]).collect();
+    sorted.sort_by_key(|c| c[..3].iter().map(|v| u32::from(*v)).sum::<u32>());
+    color_difference(picture.rgba[around[4]], sorted[4]) > 40
+}
 
 /// Pixels where both scans' surfaces, each drawn alone, lie within half the tolerance of each other, in the pixel and all around it, and bend by
-/// no more than a slope of 4: bone on which the two agree for certain. And how many of them have a colour that jumps: by more than 40/255 against the
-/// middle one of the nine around it, by brightness.
+/// no more than a slope of 4: bone on which the two agree for certain. And how many of them have a colour that jumps, and that of neither scan
+/// alone does, as on a crest or at the edge of a shadow.
 fn jumps(picture: &Picture, alone: &[Picture; 2], agreement_mm: f64, pixel_mm: f64) -> [usize; 2] {
     let [w, h] = SIZE.map(|n| n as usize);
     let agrees = |n: usize| f64::from((alone[0].depth_mm[n] - alone[1].depth_mm[n]).abs()) <= agreement_mm / 2.0;
@@ -24,9 +30,7 @@ fn jumps(picture: &Picture, alone: &[Picture; 2], agreement_mm: f64, pixel_mm: f
             continue;
         }
         certain += 1;
-        let mut sorted: Vec<[u8; 4]> = around.iter().map(|n| picture.rgba[*n]).collect();
-        sorted.sort_by_key(|c| c[..3].iter().map(|v| u32::from(*v)).sum::<u32>());
-        jumping += usize::from(color_difference(picture.rgba[at], sorted[4]) > 40);
+        jumping += usize::from(jumps_at(picture, &around) && !alone.iter().any(|alone| jumps_at(alone, &around)));
     }
     [certain, jumping]
 }
@@ -45,7 +49,8 @@ fn check(what: &str, opened: &Opened) {
                 scene.layers[1 - n].visible = false;
                 draw(&scene)
             });
-            let (agreement_mm, pixel_mm) = (scene.agreement_mm(&opened.volumes), 1.0);
+            let Projection::Orthographic { height_mm } = scene.camera.parallel().projection else { unreachable!("rays are parallel") };
+            let (agreement_mm, pixel_mm) = (scene.agreement_mm(&opened.volumes), height_mm / f64::from(SIZE[1]));
             let mut add = |scene: &Scene, to: &mut [usize; 2]| {
                 let [certain, jumping] = jumps(&draw(scene), &alone, agreement_mm, pixel_mm);
                 *to = [to[0] + certain, to[1] + jumping];
@@ -71,9 +76,9 @@ fn skulls_that_agree_are_one_without_speckle() {
 fn mice_that_agree_are_one_without_speckle() {
     let Some(data) = data("agreement of mice") else { return };
     let file = |name: &str| bregma_session::Source { file: data.join("mouse").join(name), ..Default::default() };
-    let mut second = file("DBA_2J_.nii.gz");
-    second.transform = Some(data.join(Path::new("mouse/rigid_from_landmarks.json")));
-    let mut opened = Opened::read(&[second, file("C57BL6_J_.nii.gz")], &Default::default()).unwrap();
+    let mut moved = file("C57BL6_J_.nii.gz");
+    moved.transform = Some(data.join("mouse/rigid_from_landmarks.json"));
+    let mut opened = Opened::read(&[moved, file("DBA_2J_.nii.gz")], &Default::default()).unwrap();
     opened.scene.layers.iter_mut().for_each(|layer| layer.iso = 40.0);
     check("mice", &opened);
 }

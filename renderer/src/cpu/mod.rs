@@ -309,13 +309,11 @@ fn draw_band<S: Simd>(simd: S, frame: &Frame, scene: &Scene, band: Band<'_>) {
         }
         let view = View::of(simd, frame, scene, &pixels);
         let second = nearest(simd, &hits, first.id);
-        if frame.overlays {
-            draw_agreed(simd, &view, &mut first, &second);
-        }
-        let mut color = light(simd, &view, &first);
+        let normal = if frame.overlays { draw_agreed(simd, &view, &mut first, &second) } else { first.normal };
+        let mut color = light(simd, &view, &first, &normal);
         paint_faces(simd, frame, scene, &hits, &first, &mut color);
         if frame.overlays {
-            let mut behind = light(simd, &view, &second);
+            let mut behind = light(simd, &view, &second, &second.normal);
             paint_faces(simd, frame, scene, &hits, &second, &mut behind);
             let opacity = second.found.select(first.opacity, Floats::splat(simd, 1.0));
             color = axes!(a => color[a] * opacity + behind[a] * (1.0 - opacity));

@@ -14,26 +14,27 @@ use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 use glam::Vec3;
 
-/// The colours of what is drawn, where there is anything.
+/// The colours of what is drawn, where there is anything, with these normals.
 #[inline(always)]
-pub(super) fn light<S: Simd>(simd: S, view: &View<'_, S>, drawn: &Drawn<S>) -> Vecs<S> {
+pub(super) fn light<S: Simd>(simd: S, view: &View<'_, S>, drawn: &Drawn<S>, normal: &Vecs<S>) -> Vecs<S> {
     let (zero, one) = (Floats::splat(simd, 0.0), Floats::splat(simd, 1.0));
     let mut share = one;
     if view.scene.shadows {
-        let normal = known_normal(&drawn.normal, &view.direction);
+        let own = known_normal(&drawn.normal, &view.direction);
         let toward = axes!(a => Floats::splat(simd, view.frame.toward_light[a]));
-        let lit = drawn.found & !drawn.is_face & dot(&normal, &toward).simd_gt(zero);
+        let lit = drawn.found & !drawn.is_face & dot(&own, &toward).simd_gt(zero);
         if lit.any_true() {
             share = shadowed(simd, view, drawn.s, lit).select(zero, one);
         }
     }
-    view.lit(simd, &drawn.color, &drawn.normal, share, drawn.s)
+    view.lit(simd, &drawn.color, normal, share, drawn.s)
 }
 
 /// Makes one of the nearest hits and the second ones of an overlay where they agree: bone-coloured and opaque. How far apart they are is taken
 /// across the surface: along the ray, times the larger of the two cosines, so that what is seen from the side agrees as what is seen from the front.
+/// Gives the normals that shade: of what agrees the mean of both, so that it does not matter which is the nearer one.
 #[inline(always)]
-pub(super) fn draw_agreed<S: Simd>(simd: S, view: &View<'_, S>, first: &mut Drawn<S>, second: &Drawn<S>) {
+pub(super) fn draw_agreed<S: Simd>(simd: S, view: &View<'_, S>, first: &mut Drawn<S>, second: &Drawn<S>) -> Vecs<S> {
     let [a, b] = [&first.normal, &second.normal].map(
         #[inline(always)]
         |normal| dot(normal, &view.direction).abs(),
@@ -43,6 +44,10 @@ pub(super) fn draw_agreed<S: Simd>(simd: S, view: &View<'_, S>, first: &mut Draw
     let bone = AGREED.linear();
     first.color = axes!(a => agree.select(Floats::splat(simd, bone[a]), first.color[a]));
     first.opacity = agree.select(Floats::splat(simd, 1.0), first.opacity);
+    let both = axes!(a => first.normal[a] + second.normal[a]);
+    let length = dot(&both, &both).sqrt();
+    let is_known = agree & length.simd_gt(0.0);
+    axes!(a => is_known.select(both[a] / length, first.normal[a]))
 }
 
 /// Paints the faces of cuts among what is drawn first: with the values of all volumes that are cut there.
