@@ -6,6 +6,8 @@
 struct ShadeParams {
     // World direction of pixel (0, 0), and its change per pixel.
     view_base: vec3<f32>,
+    // How much of Lambert's part what lies in shadow loses.
+    shadow: f32,
     view_per_x: vec3<f32>,
     view_per_y: vec3<f32>,
     toward_light: vec3<f32>,
@@ -43,14 +45,15 @@ var<private> shading: ShadeParams;
 // Of a surface that a share of the light comes to.
 fn phong(color: vec3<f32>, normal: vec3<f32>, view: vec3<f32>, share: f32) -> vec3<f32> {
     let cosine = dot(normal, shading.toward_light);
-    let lambert = max(cosine, 0.0) * share;
+    let lambert = max(cosine, 0.0);
+    let kept = 1.0 - (1.0 - share) * shading.shadow;
     let mirrored = 2.0 * cosine * normal - shading.toward_light;
     var highlight = 0.0;
     let reflected = -dot(mirrored, view);
-    if lambert > 0.0 && reflected > 0.0 {
+    if lambert * share > 0.0 && reflected > 0.0 {
         highlight = pow(reflected, shading.shininess) * share;
     }
-    return color * (shading.ambient + shading.diffuse * lambert) + shading.specular * highlight;
+    return color * (shading.ambient + shading.diffuse * lambert * kept) + shading.specular * highlight;
 }
 
 // Where there is no normal: seen from the front.

@@ -269,12 +269,29 @@ pub struct Light {
     pub specular: f32,
     /// Phong's exponent.
     pub shininess: f32,
+    /// How much of Lambert's part what lies in shadow loses, 0 to 1: less than all, and shadows keep relief (the shadowing factor of the thesis of 2008,
+    /// 3.3, is 1 less this; the ambient part stays, so that shadows are no darker than what is turned away from the light).
+    #[serde(default = "shadow")]
+    pub shadow: f32,
+}
+
+/// Dark enough to be seen as a shadow in any colour, and light enough for relief.
+fn shadow() -> f32 {
+    0.7
+}
+
+impl Light {
+    fn is_sound(&self) -> bool {
+        let parts = [self.ambient, self.diffuse, self.specular, self.shadow];
+        let is_toward = self.toward.is_finite() && self.toward.length_squared() > 0.0;
+        is_toward && parts.iter().all(|part| (0.0..=1.0).contains(part)) && (0.0..=1e4).contains(&self.shininess)
+    }
 }
 
 impl Default for Light {
     /// A lamp over the viewer's left shoulder.
     fn default() -> Self {
-        Self { toward: Vec3::new(-0.4, 0.5, 1.0), ambient: 0.08, diffuse: 0.85, specular: 0.12, shininess: 24.0 }
+        Self { toward: Vec3::new(-0.4, 0.5, 1.0), ambient: 0.08, diffuse: 0.85, specular: 0.12, shininess: 24.0, shadow: shadow() }
     }
 }
 
@@ -372,6 +389,9 @@ pub enum SceneError {
     /// No window of values.
     #[error("its window has a width below 0, or no numbers")]
     Window,
+    /// A light from nowhere, or parts of it beyond what there is.
+    #[error("its light comes from nowhere, or one of its parts is below 0 or beyond what there is")]
+    Light,
     /// Surfaces that are nearer than nothing.
     #[error("its surfaces agree within no length that there is")]
     Agreement,
@@ -434,6 +454,7 @@ impl Scene {
             // One without width is a threshold.
             (self.value_range.is_some_and(|[low, high]| !(low.is_finite() && high.is_finite() && low < high)), SceneError::Range),
             (self.window.is_some_and(|w| !(w.width >= 0.0 && w.level.is_finite())), SceneError::Window),
+            (!self.light.is_sound(), SceneError::Light),
             (self.agree_within_mm.is_some_and(|mm| !(mm >= 0.0 && mm.is_finite())), SceneError::Agreement),
             (!(self.slice.thickness_mm >= 0.0 && self.slice.thickness_mm.is_finite()), SceneError::Slice),
             (self.slice.window.is_some_and(|w| !(w.width >= 0.0 && w.level.is_finite())), SceneError::Window),

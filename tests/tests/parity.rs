@@ -207,8 +207,14 @@ fn a_cut_face_is_flat_and_faces_outward() {
         let centre = DVec3::splat(9.5);
         s.camera.eye_mm = centre - 29.5 * direction;
         s.camera.target_mm = centre;
-        s.light =
-            bregma_renderer::Light { toward: glam::Vec3::new(-0.3, 0.6, 1.0), ambient: 0.0, diffuse: 1.0, specular: 0.0, shininess: 1.0 };
+        s.light = bregma_renderer::Light {
+            toward: glam::Vec3::new(-0.3, 0.6, 1.0),
+            ambient: 0.0,
+            diffuse: 1.0,
+            specular: 0.0,
+            shininess: 1.0,
+            shadow: 1.0,
+        };
         s.layers[0].color = bregma_renderer::Color([1.0; 3]);
         let basis = s.camera.basis();
         let toward = (-0.3 * basis.right + 0.6 * basis.up - basis.forward).normalize();

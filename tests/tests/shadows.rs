@@ -18,7 +18,7 @@ fn white(volumes: &[Arc<Volume>], azimuth_deg: f64, elevation_deg: f64) -> Scene
     let bounds = Bounds::of(scene.surfaces(volumes).unwrap().iter().map(|(_, s)| &s.grid));
     scene.camera = Camera::orbit(&bounds, azimuth_deg, elevation_deg);
     scene.background = None;
-    scene.light = Light { ambient: 0.0, diffuse: 1.0, specular: 0.0, ..scene.light };
+    scene.light = Light { ambient: 0.0, diffuse: 1.0, specular: 0.0, shadow: 1.0, ..scene.light };
     scene.layers.iter_mut().for_each(|layer| layer.color = Color([1.0; 3]));
     scene
 }

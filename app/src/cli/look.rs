@@ -17,6 +17,15 @@ pub struct LookArgs {
     /// Surfaces keep the light from each other
     #[arg(long)]
     pub shadows: bool,
+    /// Toward the light, in the picture's right, up and toward the viewer [default: -0.4,0.5,1]
+    #[arg(long, value_name = "X,Y,Z", value_parser = direction, allow_hyphen_values = true)]
+    pub light: Option<DVec3>,
+    /// Phong's model: the ambient, the diffuse and the specular part (0 to 1) and the exponent [default: 0.08,0.85,0.12,24]
+    #[arg(long, value_name = "A,D,S,N", value_parser = phong)]
+    pub phong: Option<[f64; 4]>,
+    /// How much of the diffuse part what lies in shadow loses, 0 to 1 [default: 0.7]
+    #[arg(long, value_name = "V", value_parser = share)]
+    pub shadow: Option<f64>,
     /// Opacity of surfaces that are drawn transparent, by overlay, or by iso, which draws all crossings then: once for all, or once for each
     /// volume
     #[arg(long, value_name = "V", value_parser = share, value_delimiter = ',')]
@@ -152,6 +161,12 @@ impl LookArgs {
 
     fn apply_to_scene(&self, scene: &mut Scene) -> Result<(), CommandError> {
         scene.shadows |= self.shadows;
+        let light = &mut scene.light;
+        light.toward = self.light.map_or(light.toward, |toward| toward.as_vec3());
+        light.shadow = self.shadow.map_or(light.shadow, |v| v as f32);
+        if let Some(phong) = self.phong {
+            [light.ambient, light.diffuse, light.specular, light.shininess] = phong.map(|v| v as f32);
+        }
         scene.of_gradient |= self.gradient;
         scene.value_range = self.value_range.or(scene.value_range);
         scene.integrator = self.integrator.unwrap_or(scene.integrator);
@@ -204,6 +219,9 @@ impl LookArgs {
         let steps = dvr && scene.integrator != Integrator::Exact;
         let options = [
             ("--shadows", self.shadows, surfaces),
+            ("--shadow", self.shadow.is_some(), surfaces && scene.shadows),
+            ("--light", self.light.is_some(), shaded),
+            ("--phong", self.phong.is_some(), shaded),
             ("--opacity", !self.opacity.is_empty(), surfaces),
             ("--inner-color", !self.inner_color.is_empty(), shells),
             ("--shell", !self.shell.is_empty(), shells),
@@ -246,6 +264,15 @@ fn integrator(text: &str) -> Result<Integrator, String> {
     let count = text.strip_prefix("steps:").and_then(|n| n.parse::<f32>().ok()).filter(|n| PER_VOXEL.contains(n));
     let steps = |per_voxel| Integrator::Steps { per_voxel, jitter: true };
     count.map(steps).ok_or_else(|| "neither `exact` nor `steps:N` with N from 0.01 to 1000 points in a voxel's length".into())
+}
+
+fn direction(text: &str) -> Result<DVec3, String> {
+    numbers::<3>(text).map(DVec3::from).ok().filter(|v| v.length() > 0.0).ok_or_else(|| "not a direction X,Y,Z".into())
+}
+
+fn phong(text: &str) -> Result<[f64; 4], String> {
+    let is_sound = |[a, d, s, n]: &[f64; 4]| [a, d, s].iter().all(|part| (0.0..=1.0).contains(*part)) && (0.0..=1e4).contains(n);
+    numbers(text).ok().filter(is_sound).ok_or_else(|| "not three parts from 0 to 1 and an exponent from 0 to 10000".into())
 }
 
 fn contour(text: &str) -> Result<f32, String> {

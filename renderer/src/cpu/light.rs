@@ -23,12 +23,13 @@ pub(super) fn phong<S: Simd>(
 ) -> Vecs<S> {
     let zero = Floats::splat(simd, 0.0);
     let cosine = dot(normal, toward);
-    let lambert = cosine.max(zero) * share;
+    let lambert = cosine.max(zero);
+    let kept = 1.0 - (1.0 - share) * light.shadow;
     let mirrored = axes!(a => 2.0 * cosine * normal[a] - toward[a]);
     let reflected = (-dot(&mirrored, view)).max(zero);
-    let shines = lambert.simd_gt(zero) & reflected.simd_gt(zero);
+    let shines = (lambert * share).simd_gt(zero) & reflected.simd_gt(zero);
     let highlight = light.specular * share * shines.select(power(simd, reflected, light.shininess, shines), zero);
-    axes!(a => color[a] * (light.ambient + light.diffuse * lambert) + highlight)
+    axes!(a => color[a] * (light.ambient + light.diffuse * lambert * kept) + highlight)
 }
 
 /// Numbers to the power of `exponent`, in the lanes of `of`.
@@ -119,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn more_light_is_never_darker_and_none_leaves_the_ambient_part() {
+    fn more_light_is_never_darker_and_shadows_keep_relief() {
         // Fails if a share of the light is not one, the side away from it is lit, or squares are not the power that they stand for.
         let mut r = Random(2);
         for _ in 0..1000 {
@@ -133,7 +134,8 @@ mod tests {
                     [found[0][0], found[1][0], found[2][0]]
                 })
             });
-            assert!((lit[0][0] - light.ambient * color.x).abs() < 1e-6, "{lit:?}");
+            let in_shadow = light.ambient + light.diffuse * (1.0 - light.shadow) * normal.dot(toward).max(0.0);
+            assert!((lit[0][0] - in_shadow * color.x).abs() < 1e-6, "{lit:?}");
             assert!(
                 lit[0][0] <= lit[1][0] && lit[1][0] <= lit[2][0] && lit[2][0] <= light.ambient + light.diffuse + light.specular + 1e-5,
                 "{lit:?}"

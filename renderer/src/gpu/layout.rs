@@ -103,7 +103,8 @@ pub(super) struct Block {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct ShadeParams {
-    pub view_base: [f32; 4],
+    pub view_base: [f32; 3],
+    pub shadow: f32,
     pub view_per_x: [f32; 4],
     pub view_per_y: [f32; 4],
     pub toward_light: [f32; 3],
@@ -242,6 +243,7 @@ mod tests {
             ShadeParams,
             [
                 view_base,
+                shadow,
                 view_per_x,
                 view_per_y,
                 toward_light,

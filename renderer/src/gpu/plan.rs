@@ -235,7 +235,8 @@ fn trace_params(
 fn shade_params(frame: &Frame, scene: &Scene, passes: usize, stride: u32) -> ShadeParams {
     let view = frame.world_rays.direction;
     ShadeParams {
-        view_base: padded(view.base.as_vec3()),
+        view_base: view.base.as_vec3().to_array(),
+        shadow: scene.light.shadow,
         view_per_x: padded(view.per_x.as_vec3()),
         view_per_y: padded(view.per_y.as_vec3()),
         toward_light: frame.toward_light.to_array(),

@@ -81,7 +81,7 @@ pub fn measure(frames: u32, size: u32, machines: &mut [Box<dyn Renderer>], progr
 fn off(volumes: &[Arc<Volume>], scene: &Scene, size: u32, machine: &mut dyn Renderer, field: &Skull) -> Result<Vec<f64>, ChartError> {
     // Lambert's law alone: what five lamps make of a white surface is its normal, to the third of a degree that bytes resolve.
     let mut lit = |toward: Vec3| {
-        let light = Light { toward, ambient: 0.0, diffuse: 1.0, specular: 0.0, shininess: 1.0 };
+        let light = Light { toward, ambient: 0.0, diffuse: 1.0, specular: 0.0, shininess: 1.0, ..Light::default() };
         machine.render(volumes, &Scene { light, ..scene.clone() }, size, size)
     };
     let [right, left, up, down, back] = [lit(Vec3::X)?, lit(-Vec3::X)?, lit(Vec3::Y)?, lit(-Vec3::Y)?, lit(Vec3::Z)?];

@@ -2,6 +2,7 @@
 
 use super::super::bench::Bench;
 use super::super::widgets::{self, color_button, percent};
+use super::light;
 use bregma_field::Volume;
 use bregma_renderer::{BACKGROUND, Gather, Integrator, Mode, Named, Normals, Picture, RayValue, Reconstruction, Scene, Setting, Window};
 use egui::{CollapsingHeader, DragValue, Grid, Ui};
@@ -35,6 +36,7 @@ pub fn show(ui: &mut Ui, bench: &mut Bench) {
     });
     CollapsingHeader::new("Light").show(ui, |ui| {
         if !scene.mode.uses(Setting::Numbers) {
+            light::show(ui, scene);
             shading(ui, scene);
         }
         ui.horizontal(|ui| {

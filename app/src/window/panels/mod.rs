@@ -5,6 +5,7 @@ mod chart;
 mod cuts;
 mod histogram;
 mod landmarks;
+mod light;
 mod look;
 mod ray_form;
 mod rays;
