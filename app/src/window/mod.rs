@@ -160,6 +160,11 @@ impl Workstation {
         self.panels.thickness.coat().map(|coat| &coat.map.statistics)
     }
 
+    /// The registrations that are kept.
+    pub fn poses(&self) -> &[bregma_session::KeptPose] {
+        &self.bench.work.opened.poses
+    }
+
     /// The landmarks that were set.
     pub fn landmarks(&self) -> &[bregma_session::Landmark] {
         &self.bench.work.measured.landmarks
@@ -260,8 +265,9 @@ impl Workstation {
         }
     }
 
-    /// What lies over the picture, which is at `place`: drawers, what is loading, questions and messages.
-    fn over_ui(&mut self, ui: &mut Ui, place: Rect) {
+    /// What lies over the picture, which is at `place`: drawers, what is loading, questions and messages. Gives the command that one of these
+    /// offers and that is asked for.
+    fn over_ui(&mut self, ui: &mut Ui, place: Rect) -> Option<&'static Command> {
         let ctx = ui.ctx().clone();
         self.panels.show_over(ui, &mut self.bench, place);
         let bench = &mut self.bench;
@@ -273,10 +279,12 @@ impl Workstation {
         bench.offer_left_behind(&ctx);
         bench.ask_about_unsaved(&ctx);
         self.letters.notice().into_iter().for_each(|text| bench.messages.note(text));
-        bench.messages.show(&ctx, place);
+        let help = bench.messages.show(&ctx, place);
         if ctx.input(|i| !i.raw.hovered_files.is_empty()) {
             drop_hint(&ctx);
         }
+        let named = |name| Panels::commands().find(|command| command.name() == name);
+        help.and_then(named).filter(|command| command.allowed(&self.panels, &self.bench).is_ok())
     }
 }
 
@@ -318,8 +326,8 @@ impl eframe::App for Workstation {
             self.central_ui(ui);
             place
         });
-        self.over_ui(ui, place.inner);
-        if let Some(command) = chosen.or(taken) {
+        let offered = self.over_ui(ui, place.inner);
+        if let Some(command) = chosen.or(taken).or(offered) {
             command.run(&mut self.panels, &mut self.bench, &ctx);
         }
         // A drag is one step, however many values it passes.
