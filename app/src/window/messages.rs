@@ -25,7 +25,7 @@ pub struct Messages {
     pub open: bool,
 }
 
-/// What it takes to notice that something is there, and a slow reader's pace for each letter, in seconds. An error is read twice.
+/// What it takes to notice that something is there, and a slow reader's pace for each letter, in seconds. An error is read twice, and so is what asks for a deed.
 const NOTICE_S: f64 = 3.0;
 const LETTER_S: f64 = 0.06;
 /// More than this many hide the picture: the oldest go first.
@@ -35,7 +35,7 @@ const BUTTON: Vec2 = vec2(190.0, 26.0);
 
 impl Message {
     fn stays_s(&self) -> f64 {
-        (NOTICE_S + LETTER_S * self.text.chars().count() as f64) * if self.is_error { 2.0 } else { 1.0 }
+        (NOTICE_S + LETTER_S * self.text.chars().count() as f64) * if self.is_error || self.help.is_some() { 2.0 } else { 1.0 }
     }
 
     /// How long it is still to be read.

@@ -203,7 +203,9 @@ impl Workstation {
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
                 under::show(ui, &self.bench);
                 let text = format!("{quality}  ·  {:.0} ms  ·  {adapter}", p.millis);
-                ui.add(Label::new(RichText::new(text).weak()).truncate());
+                if ui.available_width() > LEAST_TEXT {
+                    ui.add(Label::new(RichText::new(text).weak()).truncate());
+                }
             });
         });
     }
@@ -364,6 +366,8 @@ impl Workstation {
 /// Height of the line at the bottom, and width of the strip of tools, in points.
 const STATUS: f32 = 26.0;
 const TOOLS: f32 = 46.0;
+/// Room that holds no word, in points.
+const LEAST_TEXT: f32 = 40.0;
 
 fn drop_hint(ctx: &Context) {
     let layer = egui::LayerId::new(egui::Order::Foreground, egui::Id::unique("drop"));

@@ -8,7 +8,7 @@ const SIZES: [([f32; 2], f32); 4] = [([720.0, 480.0], 1.0), ([1280.0, 800.0], 1.
 /// What is done before the window is looked at, with a name for it; each goes on from the one before.
 pub type Step = (&'static str, fn(&mut Window));
 
-const STEPS: [Step; 12] = [
+const STEPS: [Step; 13] = [
     ("opened", |_| {}),
     ("rays", |window| {
         for shift in [egui::vec2(0.0, 0.0), egui::vec2(-30.0, -25.0), egui::vec2(25.0, -45.0)] {
@@ -40,8 +40,21 @@ const STEPS: [Step; 12] = [
         window.get_by_label("Fit").click();
         wait_for(window, "Back to where it was");
     }),
+    ("by hand", |window| {
+        window.get_by_label("Keep this one").scroll_to_me();
+        window.run_steps(6);
+        window.get_by_label("Keep this one").click();
+        window.run_steps(4);
+        window.key_press(Key::M);
+        window.run_steps(4);
+        window.get_by_label("Shift to posterior, a step less").scroll_to_me();
+        window.run_steps(6);
+        window.get_by_label("Shift to posterior, a step less").click();
+    }),
     ("scans", |window| {
-        undo(window);
+        window.key_press(Key::Escape);
+        window.run_steps(2);
+        (0..3).for_each(|_| undo(window));
         close_drawers(window);
         open_side(window, "Scans");
     }),

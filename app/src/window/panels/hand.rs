@@ -35,7 +35,7 @@ pub fn switch(ui: &mut Ui, bench: &mut Bench, n: usize) {
         bench.view.hand = None;
     }
     let hint = "In the picture and in slices: drag moves it, Ctrl + drag turns it, Alt + drag turns the view; Escape ends it";
-    if ui.add(Button::selectable(bench.view.hand.is_some(), "Move by hand")).on_hover_text(hint).clicked() {
+    if ui.add(Button::new("Move by hand").selected(bench.view.hand.is_some())).on_hover_text(hint).clicked() {
         toggle(bench, n);
     }
 }
@@ -46,7 +46,7 @@ pub fn numbers(ui: &mut Ui, bench: &mut Bench, steps: &mut Steps) {
     let Some(was) = hand.moved(&bench.work.opened) else { return };
     let turned_deg = was.turn.to_scaled_axis() * 180.0 / std::f64::consts::PI;
     let (mut shift_mm, mut deg) = (was.shift_mm, turned_deg);
-    ui.weak("Since it was taken: the shift of its middle, and its turn about it").on_hover_text(
+    ui.weak("Since it was taken: shift and turn of its middle").on_hover_text(
         "The turn is one about one axis, as its parts about the axes to the left, posterior and superior, by the right hand",
     );
     Grid::new("by hand").num_columns(3).spacing([8.0, 2.0]).show(ui, |ui| {
@@ -69,6 +69,9 @@ pub fn numbers(ui: &mut Ui, bench: &mut Bench, steps: &mut Steps) {
     }
 }
 
+/// Size of a number, in points: they stand under each other.
+const NUMBER: [f32; 2] = [66.0, 18.0];
+
 /// A number with a step down and one up.
 fn number(ui: &mut Ui, value: &mut f64, step: f64, unit: &str, name: &str) {
     ui.horizontal(|ui| {
@@ -77,7 +80,7 @@ fn number(ui: &mut Ui, value: &mut f64, step: f64, unit: &str, name: &str) {
             *value -= step;
         }
         let drag = DragValue::new(value).speed(0.1 * step).range(-1e4..=1e4).max_decimals(2).custom_formatter(widgets::number);
-        ui.add(drag.suffix(unit).update_while_editing(false)).accessible_name(name);
+        ui.add_sized(NUMBER, drag.suffix(unit).update_while_editing(false)).accessible_name(name);
         if ui.small_button("+").accessible_name(format!("{name}, a step more")).clicked() {
             *value += step;
         }

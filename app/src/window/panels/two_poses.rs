@@ -34,8 +34,9 @@ struct Lengths {
     bones: Vec<(String, f64, f64)>,
 }
 
-/// Width of a column, in points.
+/// Width of a column, and of a bone's name, in points.
 const COLUMN: f32 = 112.0;
+const BONE: f32 = 72.0;
 
 impl TwoPoses {
     /// Shows both, where there are two to choose and a ray.
@@ -53,6 +54,7 @@ impl TwoPoses {
         if self.chosen[0] == self.chosen[1] {
             self.chosen = [0, 1];
         }
+        let before = self.chosen;
         ui.separator();
         ui.add(Label::new(RichText::new(format!("{} under two registrations", named.name)).strong()).truncate());
         for n in 0..2 {
@@ -77,6 +79,10 @@ impl TwoPoses {
             ui.end_row();
             self.rows(ui);
         });
+        if self.chosen[0] == self.chosen[1] {
+            // The other takes the place that this one left.
+            self.chosen = [before[1], before[0]];
+        }
         for error in self.known.iter().flatten().filter_map(|known| known.found.as_ref().err()) {
             ui.colored_label(ui.visuals().warn_fg_color, error);
         }
@@ -87,7 +93,9 @@ impl TwoPoses {
         let count = bones.iter().map(|lengths| lengths.bones.len()).max().unwrap_or(0);
         for row in 0..count {
             let name = bones.iter().find_map(|lengths| lengths.bones.get(row)).map_or("", |(name, ..)| name);
-            ui.add(Label::new(elided(ui, name, 72.0))).on_hover_text(name);
+            // What must be known about a bone is there to be pointed at.
+            let bone = name.split(',').next().unwrap_or(name);
+            ui.add(Label::new(elided(ui, bone, BONE))).on_hover_text(name);
             for lengths in &bones {
                 let text = lengths.bones.get(row).map_or("–".to_owned(), |(_, length, error)| {
                     let length = if lengths.are_differences { signed(*length, 2) } else { mm(*length) };

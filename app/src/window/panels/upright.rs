@@ -194,7 +194,7 @@ fn by_symmetry(opened: &Opened, n: usize, progress: &Progress) -> Result<Held, O
     let facts = vec![
         fact(
             "± of the plane",
-            format!("{}°", fixed(plane_deg(&found.plane, fit), 2)),
+            format!("{}°", fixed(plane_deg(&found.plane, fit), 3)),
             "By which parts of the surface are chosen; asymmetry biases it",
         ),
         fact(

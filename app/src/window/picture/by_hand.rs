@@ -3,7 +3,7 @@
 use super::super::measured::Work;
 use super::marks::Screen;
 use super::navigate::mm_per_pixel;
-use bregma_field::{Registration, Volume};
+use bregma_field::{Grid, Registration, Volume};
 use bregma_renderer::Projection;
 use bregma_session::Opened;
 use egui::{PointerButton, Pos2, Response, Ui};
@@ -44,7 +44,9 @@ impl Drag {
         let to = response.interact_pointer_pos().filter(|_| is_hands)?;
         // The first of its frames has all of the way since the button went down.
         let begun = response.drag_started().then(|| ui.input(|i| i.pointer.press_origin())).flatten();
-        Some(Self { from: begun.unwrap_or(to - response.drag_delta()), to, turns: modifiers.command })
+        let from = begun.unwrap_or(to - response.drag_delta());
+        // A hand that rests changes nothing, not even by rounding.
+        (from != to).then_some(Self { from, to, turns: modifiers.command })
     }
 }
 
@@ -67,6 +69,15 @@ impl ByHand {
     /// Where the middle of its box was.
     fn start_mm(&self) -> DVec3 {
         self.start.transform_point3(self.scan.grid().corners_mm().into_iter().sum::<DVec3>() / 8.0)
+    }
+
+    /// The grids of what is visible, with this scan where the hand took it: a view of all scans stays while one is moved.
+    pub fn grids(&self, opened: &Opened) -> Vec<Grid> {
+        let mut scene = opened.scene.clone();
+        if let Some(n) = self.number(opened) {
+            scene.layers[n].transform = self.start;
+        }
+        scene.surfaces(&opened.volumes).unwrap_or_default().into_iter().map(|(_, surface)| surface.grid).collect()
     }
 
     /// Where the middle of its box is.

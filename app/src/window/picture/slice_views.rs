@@ -170,7 +170,7 @@ impl SliceView {
         if ui.input(|i| i.pointer.any_pressed()) {
             self.closes_popup = ui.ctx().any_popup_open();
         }
-        let grids = work.opened.grids();
+        let grids = picture.hand.as_ref().map_or_else(|| work.opened.grids(), |hand| hand.grids(&work.opened));
         let aspect = f64::from(rect.width() / rect.height().max(1.0));
         let camera = work.opened.slices.camera(plane, &grids, aspect);
         let before = (work.opened.slices, work.opened.scene.clips.clone());

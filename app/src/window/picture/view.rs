@@ -180,9 +180,8 @@ impl View {
         for (rect, size) in panes.iter().copied() {
             let screen = Screen { camera: &work.opened.scene.camera, rect, size };
             marks(&ui.painter_at(rect), &screen, &work.measured, found, hovered_mm);
-            if let Some(middle_mm) = self.hand.as_ref().and_then(|hand| hand.middle_mm(&work.opened)) {
-                marks::pivot(&ui.painter_at(rect), &screen, middle_mm);
-            }
+            let pivot_mm = self.hand.as_ref().and_then(|hand| hand.middle_mm(&work.opened));
+            pivot_mm.into_iter().for_each(|p| marks::pivot(&ui.painter_at(rect), &screen, p));
             if !work.opened.slices.layout.planes().is_empty() {
                 marks::cross(&ui.painter_at(rect), &screen, &work.opened.slices);
             }
@@ -321,7 +320,9 @@ impl View {
     /// The point of what is drawn that lies under the mouse.
     pub fn under(&self, ui: &Ui, work: &Work) -> Option<DVec3> {
         let (rect, painted) = (self.rect?, self.painted.as_ref()?);
-        let at = ui.ctx().pointer_hover_pos().filter(|at| rect.contains(*at))?;
+        // What lies over the picture is not of it.
+        let is_free = |at: &Pos2| ui.ctx().layer_id_at(*at).is_none_or(|layer| layer == ui.layer_id());
+        let at = ui.ctx().pointer_hover_pos().filter(|at| rect.contains(*at) && is_free(at))?;
         let size = [painted.picture.width, painted.picture.height];
         let scale = size[1] as f32 / rect.height();
         let [x, y] = [(at.x - rect.left()) * scale, (at.y - rect.top()) * scale].map(|v| v.max(0.0) as u32);
