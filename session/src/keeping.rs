@@ -101,8 +101,8 @@ mod tests {
 
     #[test]
     fn what_is_kept_goes_along_with_the_scan_that_stays() {
-        // Fails if a kept registration is one in the scene's world, is told to stand where it does not, loses how sure it is, or stays with an old
-        // name.
+        // Fails if a kept registration is one in the scene's world, is told to stand where it does not, loses how sure it is, there or in a
+        // file, or stays with an old name.
         let mut opened = Opened::demo(16, &Default::default()).unwrap();
         opened.scene.layers[0].transform = DAffine3::from_rotation_z(0.3);
         let own = DAffine3::from_rotation_x(0.1) * DAffine3::from_translation(DVec3::new(3.0, 4.0, 5.0));
@@ -128,6 +128,14 @@ mod tests {
         assert_eq!((opened.poses[k].name.as_str(), &opened.poses[k].record["method"]["by"]), ("By hand 1", &json!("hand")));
         assert_eq!(opened.keep(numbers, &Made::ByHand), 2);
         assert_eq!(opened.poses[2].name, "By hand 2");
+        // What is written is read again, and says how it was made.
+        let file = std::env::temp_dir().join(format!("bregma-keeping-{}.json", std::process::id()));
+        opened.poses[0].write(&file).unwrap();
+        let read = bregma_field::read_transform(&file, opened.volumes[1].name(), &[opened.volumes[0].name()]).unwrap();
+        assert_eq!(read, opened.poses[0].registration());
+        opened.poses[1].write(&file).unwrap();
+        assert!(std::fs::read_to_string(&file).unwrap().contains(r#""by": "hand""#));
+        std::fs::remove_file(file).unwrap();
         opened.rename(1, "another");
         assert_eq!((opened.poses_of(numbers), opened.poses_of([0, 1])), (vec![0, 1, 2], vec![]));
     }

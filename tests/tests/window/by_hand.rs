@@ -72,6 +72,20 @@ fn a_drag_in_the_picture_moves_the_scan_by_what_the_mouse_moves_and_undo_takes_i
     assert_eq!(pose(&window), before);
     assert_ne!(window.state().scene().camera, camera);
     let camera = window.state().scene().camera;
+    // Beside each other, it turns about its middle in the picture that the mouse is on.
+    window.get_by_label("Compare").click();
+    window.run_steps(3);
+    window.get_by_label("Side by side").click();
+    settle(&mut window);
+    let pane = egui::Rect::from_min_max(egui::pos2(rect.center().x, rect.top()), rect.max);
+    let at_middle = camera.project(WorldPoint(was_mm), pane.width() as u32, pane.height() as u32).unwrap();
+    let foot = pane.min + egui::vec2(at_middle.0 as f32 + 0.5, at_middle.1 as f32 + 0.5);
+    drag_with(&mut window, foot + egui::vec2(70.0, 0.0), foot + egui::vec2(0.0, 70.0), Modifiers::COMMAND);
+    settle(&mut window);
+    let turn = DQuat::from_mat3(&motion(&window, before).matrix3).to_scaled_axis();
+    assert!(turn.distance(std::f64::consts::FRAC_PI_2 * camera.basis().forward) < 0.05, "{turn}, a quarter clockwise");
+    undo(&mut window);
+    let camera = window.state().scene().camera;
     // Escape ends it: the same drag turns the view.
     window.key_press(Key::Escape);
     window.run_steps(3);

@@ -73,8 +73,14 @@ fn two_registrations_are_kept_changed_for_each_other_and_compared_along_a_ray() 
     screenshot(&mut window, "register-kept.png");
     assert!(near(pose(&window), as_opened), "comparing moves nothing");
 
+    press_button(&mut window, "Name of As it lay 1");
+    window.key_press(Key::End);
+    window.event(Event::Text("st".into()));
+    window.key_press(Key::Enter);
+    settle(&mut window);
+    assert_eq!(names(&window)[0], "As it lay 1st");
     press_button(&mut window, "Delete Surfaces 1");
-    assert_eq!(names(&window), ["As it lay 1", "By hand 1"]);
+    assert_eq!(names(&window), ["As it lay 1st", "By hand 1"]);
     undo(&mut window);
     assert_eq!(names(&window).len(), 3);
     std::fs::remove_file(file).unwrap();

@@ -156,10 +156,10 @@ impl View {
             let pane = self.panes(work, rect, size).into_iter().find(|(pane, _)| pane.contains(at));
             told = pane.map_or(Ok(()), |(pane, pixels)| self.click(work, pane, pixels, at)).map(|()| size);
         }
-        if let Some((pane, pixels)) = self.panes(work, rect, size).first().copied() {
-            if !self.move_by_hand(ui, &response, work, pane, pixels) {
-                self.hold_landmark(ui, &response, work, pane, pixels);
-            }
+        if !self.move_by_hand(ui, &response, work, rect, size)
+            && let Some((pane, pixels)) = self.panes(work, rect, size).first().copied()
+        {
+            self.hold_landmark(ui, &response, work, pane, pixels);
         }
         if self.held_landmark.is_none() && self.navigate(ui, &response, work, rect) {
             self.moved_at = ui.ctx().time();
@@ -236,7 +236,11 @@ impl View {
         if response.hovered() {
             ui.ctx().set_cursor_icon(CursorIcon::Move);
         }
-        if let Some(drag) = Drag::of(ui, response) {
+        // Of two pictures beside each other it follows in the one that the drag began on.
+        let panes = self.panes(work, rect, size);
+        let begun = ui.input(|i| i.pointer.press_origin());
+        let pane = panes.iter().find(|(pane, _)| begun.is_some_and(|at| pane.contains(at)));
+        if let (Some(drag), Some((rect, size))) = (Drag::of(ui, response), pane.copied()) {
             let camera = work.opened.scene.camera;
             hand.follow(work, &Screen { camera: &camera, rect, size }, drag, None);
         }
