@@ -243,6 +243,7 @@ impl Workstation {
     fn picture_ui(&mut self, ui: &mut Ui) {
         let Self { bench, panels, .. } = self;
         bench.under_mm = None;
+        bench.view.let_go(ui.ctx(), &bench.work);
         let (picture, planes) = slice_views::divide(bench.work.opened.slices.layout, ui.available_rect_before_wrap());
         for (plane, rect) in planes {
             let shown = bench.slices.show(ui, plane, rect, &mut bench.work, &mut bench.view, &bench.found);

@@ -129,6 +129,15 @@ fn a_drag_on_a_slice_moves_the_scan_in_its_plane_and_turns_it_about_the_cross() 
     let turn = DQuat::from_mat3(&moved.matrix3).to_scaled_axis();
     let along = turn.dot(camera.basis().forward);
     assert!((0.2..1.0).contains(&along) && (turn - along * camera.basis().forward).length() < 1e-9, "{turn}");
+    // Escape ends it where there is no picture, too: a drag moves the cross again.
+    command(&mut window, "Three slices");
+    settle(&mut window);
+    window.key_press(Key::Escape);
+    window.run_steps(3);
+    let (turned, (_, rect)) = (pose(&window), window.state().slice(BodyPlane::Coronal).unwrap());
+    drag(&mut window, rect.center(), rect.center() + egui::vec2(20.0, 0.0));
+    settle(&mut window);
+    assert!(pose(&window) == turned && window.state().slices().at_mm != at_mm);
     std::fs::remove_file(file).unwrap();
 }
 

@@ -52,8 +52,8 @@ pub fn numbers(ui: &mut Ui, bench: &mut Bench, steps: &mut Steps) {
     Grid::new("by hand").num_columns(3).spacing([8.0, 2.0]).show(ui, |ui| {
         for (axis, side) in SIDES.into_iter().enumerate() {
             ui.weak(side);
-            number(ui, &mut shift_mm[axis], steps.mm, " mm", &format!("Shift to {side}"));
-            number(ui, &mut deg[axis], steps.deg, "°", &format!("Turn about {side}"));
+            number(ui, &mut shift_mm[axis], (steps.mm, " mm", WIDTHS[0]), &format!("Shift to {side}"));
+            number(ui, &mut deg[axis], (steps.deg, "°", WIDTHS[1]), &format!("Turn about {side}"));
             ui.end_row();
         }
         ui.weak("step").on_hover_text("How far a click on − or + goes");
@@ -69,18 +69,19 @@ pub fn numbers(ui: &mut Ui, bench: &mut Bench, steps: &mut Steps) {
     }
 }
 
-/// Size of a number, in points: they stand under each other.
-const NUMBER: [f32; 2] = [66.0, 18.0];
+/// Width of a number and its height, in points: they stand under each other.
+const WIDTHS: [f32; 2] = [72.0, 58.0];
+const HEIGHT: f32 = 18.0;
 
 /// A number with a step down and one up.
-fn number(ui: &mut Ui, value: &mut f64, step: f64, unit: &str, name: &str) {
+fn number(ui: &mut Ui, value: &mut f64, (step, unit, width): (f64, &str, f32), name: &str) {
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
         if ui.small_button("−").accessible_name(format!("{name}, a step less")).clicked() {
             *value -= step;
         }
         let drag = DragValue::new(value).speed(0.1 * step).range(-1e4..=1e4).max_decimals(2).custom_formatter(widgets::number);
-        ui.add_sized(NUMBER, drag.suffix(unit).update_while_editing(false)).accessible_name(name);
+        ui.add_sized([width, HEIGHT], drag.suffix(unit).update_while_editing(false)).accessible_name(name);
         if ui.small_button("+").accessible_name(format!("{name}, a step more")).clicked() {
             *value += step;
         }

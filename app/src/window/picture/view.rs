@@ -56,6 +56,15 @@ impl View {
         self.forget_first_point();
     }
 
+    /// Leaves what was begun where Escape is pressed. The hand has no scan that is not open.
+    pub fn let_go(&mut self, ctx: &egui::Context, work: &Work) {
+        if ctx.input(|i| i.key_pressed(egui::Key::Escape)) {
+            self.forget_first_point();
+            self.hand = None;
+        }
+        self.hand.take_if(|hand| hand.number(&work.opened).is_none());
+    }
+
     /// The next of two clicks is the first again.
     pub fn forget_first_point(&mut self) {
         self.first_point = None;
@@ -144,10 +153,6 @@ impl View {
         let mut told = Ok(size);
         if ui.input(|i| i.pointer.any_pressed()) {
             self.closes_popup = ui.ctx().any_popup_open();
-        }
-        if ui.input(|i| i.key_pressed(egui::Key::Escape)) {
-            self.forget_first_point();
-            self.hand = None;
         }
         if response.clicked_by(PointerButton::Primary)
             && !self.closes_popup
