@@ -37,7 +37,11 @@ impl Opened {
         let name: String = name.chars().filter(|c| !c.is_control()).collect();
         let name = name.trim();
         self.sources[n].called = Some(name.to_owned()).filter(|name| !name.is_empty() && *name != self.sources[n].file_name());
+        let before = self.volumes[n].name().to_owned();
         self.volumes[n] = Arc::new(self.volumes[n].renamed(&self.sources[n].name()));
+        // Kept registrations know their scans by name.
+        let names = self.poses.iter_mut().flat_map(|pose| [&mut pose.scan, &mut pose.onto]);
+        names.filter(|name| **name == before).for_each(|name| *name = self.volumes[n].name().to_owned());
     }
 
     /// Lets two scans change places. Each keeps its colour, its cuts and all else that belongs to it.

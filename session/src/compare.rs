@@ -195,6 +195,7 @@ mod tests {
             depth_mm: vec![f32::from(id); places.len()],
             volume_id: vec![id; places.len()],
             values: vec![],
+            contours: vec![],
         }
     }
 

@@ -3,6 +3,7 @@
 use crate::compare::Compare;
 use crate::kind::Kind;
 use crate::measurement::Measurement;
+use crate::poses::KeptPose;
 use crate::session_file::{Session, SessionError};
 use crate::slices::Slices;
 use crate::source::Source;
@@ -47,6 +48,8 @@ pub struct Opened {
     pub compare: Compare,
     /// How slices are looked at.
     pub slices: Slices,
+    /// Registrations that are kept beside those that stand.
+    pub poses: Vec<KeptPose>,
 }
 
 /// Why nothing was opened. Each sentence names the file.
@@ -86,7 +89,8 @@ impl Opened {
     pub fn new(sources: Vec<Source>, volumes: Vec<Arc<Volume>>) -> Self {
         let scene = Scene::of(&volumes);
         let slices = Slices::of(&volumes.iter().map(|volume| volume.grid().clone()).collect::<Vec<_>>());
-        Self { sources, volumes, scene, from_session: false, measurements: vec![], landmarks: vec![], compare: Compare::Off, slices }
+        let compare = Compare::Off;
+        Self { sources, volumes, scene, from_session: false, measurements: vec![], landmarks: vec![], compare, slices, poses: vec![] }
     }
 
     /// The built-in demo pair.
@@ -161,19 +165,21 @@ impl Opened {
         Ok(opened)
     }
 
-    /// Takes from sessions all but their scans: everything of one that is alone, else cuts and landmarks.
+    /// Takes from sessions all but their scans: everything of one that is alone, else cuts, landmarks and kept registrations.
     fn take_sessions(&mut self, mut sessions: Vec<Placed>) {
         match sessions.pop() {
             Some((_, only)) if only.volumes.len() == self.volumes.len() => {
                 (self.scene, self.from_session) = (only.scene, true);
                 (self.measurements, self.landmarks, self.compare) = (only.measurements, only.landmarks, only.compare);
                 self.slices = only.slices.unwrap_or(self.slices);
+                self.poses = only.poses;
             }
             last => {
                 // Each cuts its own scans as before.
                 for (first, session) in sessions.iter().chain(&last) {
                     self.scene.clips.extend(session.scene.clips.iter().map(|clip| clip.moved(*first, session.volumes.len())));
                     self.landmarks.extend(session.landmarks.iter().cloned());
+                    self.poses.extend(session.poses.iter().cloned());
                 }
                 self.look_from_the_front();
             }
@@ -237,6 +243,7 @@ impl Opened {
         self.sources.extend(other.sources);
         self.volumes.extend(other.volumes);
         self.landmarks.extend(other.landmarks);
+        self.poses.extend(other.poses);
     }
 
     /// The sphere around all visible volumes where the scene puts them.
@@ -420,6 +427,7 @@ impl Session {
             landmarks: opened.landmarks.clone(),
             compare: opened.compare,
             slices: Some(opened.slices),
+            poses: opened.poses.clone(),
         }
     }
 }

@@ -3,6 +3,7 @@
 use crate::compare::Compare;
 use crate::measurement::Measurement;
 use crate::output::{OutputError, write_whole};
+use crate::poses::KeptPose;
 use crate::slices::Slices;
 use crate::source::Source;
 use bregma_measure::landmarks::Landmark;
@@ -45,6 +46,9 @@ pub struct Session {
     /// How slices are looked at.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub slices: Option<Slices>,
+    /// Registrations that are kept beside those that stand.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub poses: Vec<KeptPose>,
 }
 
 /// Why a session was not opened.
@@ -101,6 +105,9 @@ impl Session {
         }
         if session.slices.is_some_and(|slices| !slices.is_sound()) {
             return Err(fail("its slices go through no point, or are turned by nothing".into()));
+        }
+        if let Some(pose) = session.poses.iter().find(|pose| !pose.is_sound()) {
+            return Err(fail(format!("its kept registration {} cannot be inverted", pose.name)));
         }
         let folder = file.parent().unwrap_or(Path::new(""));
         for volume in session.volumes.iter_mut().filter(|volume| volume.built_in.is_none()) {

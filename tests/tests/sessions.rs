@@ -4,9 +4,9 @@
 
 use bregma_renderer::{Clip, Color, Mode, Shape, TransferFunction};
 use bregma_session::Compare;
-use bregma_session::{Landmark, Opened, Session, Source, save};
+use bregma_session::{Landmark, Made, Opened, Session, Source, save};
 use bregma_volume::Progress;
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use std::path::{Path, PathBuf};
 
 /// A folder of its own with two scans and a session of both.
@@ -53,6 +53,33 @@ fn a_session_keeps_cuts_looks_and_how_scans_are_compared() {
     let again = read(&folder, &["session.json"]).unwrap();
     assert_eq!((again.scene.clips, again.compare), (vec![cut()], Compare::Swipe { part: 0.25 }));
     assert_eq!(again.scene.layers[1].transfer, Some(look()));
+}
+
+#[test]
+fn kept_registrations_stay_in_the_session_and_older_sessions_have_none() {
+    // Fails if a digit, the covariance or how it was made is lost, one that flattens a scan gets in, or a session without any is refused.
+    let covariance = bregma_volume::Covariance { centre_mm: DVec3::Y, matrix: [[1.0 / 7.0; 6]; 6], undetermined: vec![[0.5; 6]] };
+    let turned = DAffine3::from_rotation_x(0.1) * DAffine3::from_translation(DVec3::splat(1.0 / 3.0));
+    let put = |opened: &mut Opened| {
+        (opened.scene.layers[1].transform, opened.scene.layers[1].covariance) = (turned, Some(covariance.clone()));
+        opened.keep([1, 0], &Made::ByHand);
+    };
+    let folder = folder("session-poses", put);
+    let again = read(&folder, &["session.json"]).unwrap();
+    let pose = &again.poses[0];
+    assert_eq!((pose.name.as_str(), pose.transform, pose.covariance.as_ref()), ("By hand 1", turned, Some(&covariance)));
+    assert!(again.stands(pose, [1, 0]) && pose.record["method"]["by"] == "hand");
+    // Beside another scan they are still of the same pair.
+    std::fs::copy(folder.join("a.nrrd"), folder.join("c.nrrd")).unwrap();
+    assert_eq!(read(&folder, &["c.nrrd", "session.json"]).unwrap().poses_of([2, 1]), [0]);
+    let older = self::folder("session-without-poses", |_| {});
+    assert!(!std::fs::read_to_string(older.join("session.json")).unwrap().contains("poses"));
+    assert!(read(&older, &["session.json"]).unwrap().poses.is_empty());
+    let flat = self::folder("session-flat-pose", |opened| {
+        put(opened);
+        opened.poses[0].transform.matrix3 = glam::DMat3::ZERO;
+    });
+    assert!(read(&flat, &["session.json"]).unwrap_err().contains("By hand 1"));
 }
 
 #[test]

@@ -23,6 +23,9 @@ use std::path::{Path, PathBuf};
 /// What is done with the files that a person chose.
 type Then = Box<dyn FnOnce(&mut Bench, &Context, Vec<PathBuf>)>;
 
+/// The command that registers scans that lie apart.
+pub const BRING_TOGETHER: &str = "Bring scans together";
+
 /// From this width of the window on, in points, two scans open beside each other.
 const WIDE: f32 = 2000.0;
 
@@ -244,8 +247,7 @@ impl Bench {
     /// Says where scans lie so far apart that they cannot be compared.
     fn tell_apart(&mut self) {
         if let Some([a, b]) = apart(&self.work.opened).map(|pair| pair.map(|n| self.work.opened.volumes[n].name())) {
-            let text = format!("{a} and {b} lie apart from each other: Measure › Register scans… brings them together.");
-            self.messages.note(text);
+            self.messages.offer(format!("{a} and {b} lie apart from each other: so they cannot be compared."), BRING_TOGETHER);
         }
     }
 

@@ -83,12 +83,13 @@ impl<P> Command<P> {
     }
 }
 
-const MOUSE: [(&str, &str); 6] = [
+const MOUSE: [(&str, &str); 7] = [
     ("Left-drag", "rotate"),
     ("Middle-drag or Shift + left-drag", "move"),
     ("Right-drag or wheel", "zoom"),
     ("Ctrl + left-drag", "roll"),
     ("Click on bone", "measure with the chosen tool"),
+    ("While a scan is moved by hand", "left-drag moves it, Ctrl turns it, Alt turns the view"),
     ("Drop files or folders", "add scans"),
 ];
 

@@ -1,13 +1,18 @@
-//! What the person should know: lines over the picture's lower left corner, which stay as long as they take to read and never take a click.
+//! What the person should know: lines over the picture's lower left corner, which stay as long as they take to read and never take a click
+//! but where one has a button that helps.
 //! Those that have gone are kept in a list.
 
 use super::words::in_the_window;
-use egui::{Align2, Area, Color32, Context, Frame, Id, Label, Margin, Order, Rect, RichText, ScrollArea, Ui, Window, vec2};
+use egui::{
+    Align2, Area, Button, Color32, Context, Frame, Id, Label, Margin, Order, Rect, RichText, ScrollArea, Sense, Ui, Vec2, Window, vec2,
+};
 
 #[derive(Clone, Debug, PartialEq)]
 struct Message {
     text: String,
     is_error: bool,
+    /// The name of a command that helps.
+    help: Option<&'static str>,
     /// When it came onto the screen, in the window's seconds.
     since_s: Option<f64>,
 }
@@ -20,15 +25,17 @@ pub struct Messages {
     pub open: bool,
 }
 
-/// What it takes to notice that something is there, and a slow reader's pace for each letter, in seconds. An error is read twice.
+/// What it takes to notice that something is there, and a slow reader's pace for each letter, in seconds. An error is read twice, and so is what asks for a deed.
 const NOTICE_S: f64 = 3.0;
 const LETTER_S: f64 = 0.06;
 /// More than this many hide the picture: the oldest go first.
 const MOST: usize = 4;
+/// Size of the button that helps, in points.
+const BUTTON: Vec2 = vec2(190.0, 26.0);
 
 impl Message {
     fn stays_s(&self) -> f64 {
-        (NOTICE_S + LETTER_S * self.text.chars().count() as f64) * if self.is_error { 2.0 } else { 1.0 }
+        (NOTICE_S + LETTER_S * self.text.chars().count() as f64) * if self.is_error || self.help.is_some() { 2.0 } else { 1.0 }
     }
 
     /// How long it is still to be read.
@@ -45,19 +52,24 @@ impl Message {
 impl Messages {
     /// Something went wrong or was lost.
     pub fn error(&mut self, text: impl Into<String>) {
-        self.add(text.into(), true);
+        self.add(text.into(), true, None);
     }
 
     /// Something is done or needs a hint.
     pub fn note(&mut self, text: impl Into<String>) {
-        self.add(text.into(), false);
+        self.add(text.into(), false, None);
     }
 
-    fn add(&mut self, sentence: String, is_error: bool) {
+    /// Something needs a deed, which the command of that name does.
+    pub fn offer(&mut self, text: impl Into<String>, command: &'static str) {
+        self.add(text.into(), false, Some(command));
+    }
+
+    fn add(&mut self, sentence: String, is_error: bool, help: Option<&'static str>) {
         let text = in_the_window(&sentence);
         // The same sentence twice helps nobody: it is new again.
         self.all.retain(|message| message.text != text);
-        self.all.push(Message { text, is_error, since_s: None });
+        self.all.push(Message { text, is_error, help, since_s: None });
     }
 
     /// Nothing was said yet.
@@ -65,9 +77,12 @@ impl Messages {
         self.all.is_empty()
     }
 
-    /// Shows those that are still to be read over the lower left of `place`, and the list of all where it is open.
-    pub fn show(&mut self, ctx: &Context, place: Rect) {
+    /// Shows those that are still to be read over the lower left of `place`, and the list of all where it is open. Gives the name of the command
+    /// whose button is pressed.
+    pub fn show(&mut self, ctx: &Context, place: Rect) -> Option<&'static str> {
+        let mut pressed = None;
         let now_s = ctx.input(|i| i.time);
+        let mut buttons = vec![];
         let mut shown: Vec<&mut Message> = self.all.iter_mut().rev().filter(|m| m.left_s(now_s) > 0.0).take(MOST).collect();
         shown.reverse();
         if let Some(left_s) = shown.iter().map(|message| message.left_s(now_s)).reduce(f64::min) {
@@ -79,9 +94,25 @@ impl Messages {
                     message.since_s.get_or_insert(now_s);
                     let fill = if message.is_error { Color32::from_rgb(66, 32, 30) } else { ui.visuals().faint_bg_color };
                     let frame = Frame::new().fill(fill).corner_radius(4).inner_margin(Margin::symmetric(10, 6));
-                    frame.show(ui, |ui| ui.add(message.label(ui).selectable(false)));
+                    let button = frame.show(ui, |ui| {
+                        ui.add(message.label(ui).selectable(false));
+                        // The place of its button, which is in an area of its own: this one takes no clicks.
+                        message.help.map(|help| (ui.allocate_exact_size(BUTTON, Sense::hover()).0, help))
+                    });
+                    buttons.extend(button.inner);
                 }
             });
+        }
+        for (rect, help) in buttons {
+            let area = Area::new(Id::unique(("help", help))).order(Order::Foreground).fixed_pos(rect.min).constrain(false);
+            let button = area.show(ctx, |ui| ui.add(Button::new(help).min_size(rect.size())));
+            if button.inner.clicked() {
+                pressed = Some(help);
+                self.all
+                    .iter_mut()
+                    .filter(|message| message.help == Some(help))
+                    .for_each(|message| message.since_s = Some(f64::NEG_INFINITY));
+            }
         }
         let mut open = self.open;
         Window::new("Messages").open(&mut open).default_size([460.0, 260.0]).show(ctx, |ui| {
@@ -92,5 +123,6 @@ impl Messages {
             });
         });
         self.open = open;
+        pressed
     }
 }

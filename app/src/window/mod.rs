@@ -162,6 +162,11 @@ impl Workstation {
         self.panels.thickness.coat().map(|coat| &coat.map.statistics)
     }
 
+    /// The registrations that are kept.
+    pub fn poses(&self) -> &[bregma_session::KeptPose] {
+        &self.bench.work.opened.poses
+    }
+
     /// The landmarks that were set.
     pub fn landmarks(&self) -> &[bregma_session::Landmark] {
         &self.bench.work.measured.landmarks
@@ -203,7 +208,9 @@ impl Workstation {
                     return;
                 }
                 let text = format!("{quality}  ·  {:.0} ms  ·  {adapter}", p.millis);
-                ui.add(Label::new(RichText::new(text).weak()).truncate());
+                if ui.available_width() > LEAST_TEXT {
+                    ui.add(Label::new(RichText::new(text).weak()).truncate());
+                }
             });
         });
     }
@@ -241,6 +248,7 @@ impl Workstation {
     fn picture_ui(&mut self, ui: &mut Ui) {
         let Self { bench, panels, .. } = self;
         bench.under_mm = None;
+        bench.view.let_go(ui.ctx(), &bench.work);
         let (picture, planes) = slice_views::divide(bench.work.opened.slices.layout, ui.available_rect_before_wrap());
         for (plane, rect) in planes {
             let shown = bench.slices.show(ui, plane, rect, &mut bench.work, &mut bench.view, &bench.found);
@@ -265,8 +273,9 @@ impl Workstation {
         }
     }
 
-    /// What lies over the picture, which is at `place`: drawers, what is loading, questions and messages.
-    fn over_ui(&mut self, ui: &mut Ui, place: Rect) {
+    /// What lies over the picture, which is at `place`: drawers, what is loading, questions and messages. Gives the command that one of these
+    /// offers and that is asked for.
+    fn over_ui(&mut self, ui: &mut Ui, place: Rect) -> Option<&'static Command> {
         let ctx = ui.ctx().clone();
         self.panels.show_over(ui, &mut self.bench, place);
         let bench = &mut self.bench;
@@ -278,10 +287,12 @@ impl Workstation {
         bench.offer_left_behind(&ctx);
         bench.ask_about_unsaved(&ctx);
         self.letters.notice().into_iter().for_each(|text| bench.messages.note(text));
-        bench.messages.show(&ctx, place);
+        let help = bench.messages.show(&ctx, place);
         if ctx.input(|i| !i.raw.hovered_files.is_empty()) {
             drop_hint(&ctx);
         }
+        let named = |name| Panels::commands().find(|command| command.name() == name);
+        help.and_then(named).filter(|command| command.allowed(&self.panels, &self.bench).is_ok())
     }
 }
 
@@ -323,8 +334,8 @@ impl eframe::App for Workstation {
             self.central_ui(ui);
             place
         });
-        self.over_ui(ui, place.inner);
-        if let Some(command) = chosen.or(taken) {
+        let offered = self.over_ui(ui, place.inner);
+        if let Some(command) = chosen.or(taken).or(offered) {
             command.run(&mut self.panels, &mut self.bench, &ctx);
         }
         // A drag is one step, however many values it passes.
@@ -363,6 +374,8 @@ const QUALITY: f32 = 60.0;
 /// Height of the line at the bottom, and width of the strip of tools, in points.
 const STATUS: f32 = 26.0;
 const TOOLS: f32 = 46.0;
+/// Room that holds no word, in points.
+const LEAST_TEXT: f32 = 40.0;
 
 fn drop_hint(ctx: &Context) {
     let layer = egui::LayerId::new(egui::Order::Foreground, egui::Id::unique("drop"));

@@ -80,8 +80,15 @@ const LONG: [&str; 2] = [
     "Pan troglodytes verus ZMB 83623 adult male, cranium and mandible",
 ];
 
+fn scroll_and_click(window: &mut Window, label: &str) {
+    window.get_by_label(label).scroll_to_me();
+    window.run_steps(6);
+    window.get_by_label(label).click();
+    window.run_steps(6);
+}
+
 /// What is open one after the other.
-const STEPS: [Step; 11] = [
+const STEPS: [Step; 16] = [
     ("rays", |window| open_side(window, "Results")),
     ("who is inside where", |window| window.get_by_label("Who is inside where").click_accesskit()),
     ("landmarks", |window| window.get_by_label_contains("Landmarks (").click()),
@@ -91,13 +98,32 @@ const STEPS: [Step; 11] = [
         window.run_steps(4);
         window.get_by_role_and_label(Role::RadioButton, "By landmarks").click();
     }),
-    ("registered", |window| {
+    ("parts", |window| {
         window.get_by_role_and_label(Role::RadioButton, "By surfaces").click();
+        window.run_steps(4);
+        window.get_by_label("Only a part…").click();
+    }),
+    ("registered", |window| {
+        window.get_by_label("Delete part 1").click();
         window.run_steps(4);
         window.get_by_label("Fit").click();
         wait_for(window, "Back to where it was");
     }),
+    ("kept", |window| scroll_and_click(window, "Keep this one")),
+    ("by hand", |window| {
+        scroll_and_click(window, "Move by hand");
+        scroll_and_click(window, "Shift to posterior, a step less");
+    }),
+    ("two registrations", |window| {
+        scroll_and_click(window, "Keep this one");
+        window.get_by_label("Second registration").scroll_to_me();
+        window.run_steps(6);
+        scroll_and_click(window, "Move by hand");
+        window.get_by_label("Second registration").scroll_to_me();
+    }),
+    ("upright", |window| command(window, "Hold upright")),
     ("scans", |window| {
+        window.get_by_label("Close window").click();
         close_drawers(window);
         open_side(window, "Scans");
         window.get_by_label("Light").click_accesskit();

@@ -5,10 +5,12 @@
 //! driver there is, software included. That the program starts under a display is tested where the commands are.
 #![allow(clippy::unwrap_used, reason = "what a test cannot find, it fails on")]
 
+mod by_hand;
 mod chart;
 mod correcting;
 mod cutting;
 mod keeping;
+mod kept_poses;
 mod layout;
 mod looking;
 mod measuring;

@@ -7,7 +7,7 @@ use glam::{DAffine3, DQuat, DVec3};
 use std::path::PathBuf;
 
 /// Where both scans lie: nothing must depend on one of them lying in its own world.
-fn place() -> DAffine3 {
+pub fn place() -> DAffine3 {
     DAffine3::from_rotation_translation(DQuat::from_axis_angle(DVec3::new(0.2, 1.0, 0.3).normalize(), 0.4), DVec3::new(30.0, -20.0, 11.0))
 }
 
@@ -27,7 +27,7 @@ const POINTS: [(&str, DVec3); 6] = [
 ];
 
 /// A skull and the same again, moved off, with landmarks on both that are `errors_mm` off along x on the second.
-fn twice(name: &str, errors_mm: [f64; 6]) -> (Window, PathBuf) {
+pub fn twice(name: &str, errors_mm: [f64; 6]) -> (Window, PathBuf) {
     let sources: Vec<Source> = ["skull", "again"].map(|name| Source { called: Some(name.into()), ..Source::built_in(Which::A, 48) }).into();
     let volume = bregma_synthetic::skull(Which::A, 48, &Default::default()).unwrap();
     let volumes = sources.iter().map(|source| std::sync::Arc::new(volume.renamed(&source.name()))).collect();
@@ -49,22 +49,22 @@ fn twice(name: &str, errors_mm: [f64; 6]) -> (Window, PathBuf) {
     (window, file)
 }
 
-fn pose(window: &Window) -> DAffine3 {
+pub fn pose(window: &Window) -> DAffine3 {
     window.state().scene().layers[1].transform
 }
 
 /// How far a pose is from the true one at the landmarks, at most, mm.
-fn off_mm(pose: DAffine3) -> f64 {
+pub fn off_mm(pose: DAffine3) -> f64 {
     POINTS.iter().map(|(_, p)| pose.transform_point3(*p).distance(place().transform_point3(*p))).fold(0.0, f64::max)
 }
 
 /// Where the landmarks of the second scan are, against those of the first, at most, mm.
-fn landmarks_off_mm(window: &Window) -> f64 {
+pub fn landmarks_off_mm(window: &Window) -> f64 {
     let points: Vec<DVec3> = window.state().landmarks().iter().map(|l| l.point_mm.unwrap()).collect();
     (0..6).map(|n| points[n].distance(points[6 + n])).fold(0.0, f64::max)
 }
 
-fn fit(window: &mut Window) {
+pub fn fit(window: &mut Window) {
     let before = pose(window);
     window.get_by_label("Fit").click();
     wait(window, "the fit", |w| w.scene().layers[1].transform != before);
@@ -186,7 +186,7 @@ fn a_registration_from_a_file_takes_the_landmarks_along() {
 
 #[test]
 fn scans_that_lie_apart_are_told_and_one_alone_is_not_registered() {
-    // Fails if nobody is told why only one scan is seen, or one scan has a panel that asks which of two.
+    // Fails if nobody is told why only one scan is seen, its button does not bring them together, or one scan has a panel that asks which of two.
     let files = ["apart-a", "apart-b"].map(|name| ball(name, 24));
     let matrix = std::env::temp_dir().join(format!("bregma-window-{}-apart.json", std::process::id()));
     std::fs::write(&matrix, "[[1,0,0,500],[0,1,0,0],[0,0,1,0],[0,0,0,1]]").unwrap();
@@ -195,6 +195,15 @@ fn scans_that_lie_apart_are_told_and_one_alone_is_not_registered() {
     wait(&mut window, "the scans", |w| !w.is_loading());
     settle(&mut window);
     window.get_by_label_contains("lie apart from each other");
+    // The message has a button that helps.
+    window.run_steps(3);
+    screenshot(&mut window, "register-apart.png");
+    window.get_by_label("Bring scans together").click();
+    wait(&mut window, "the registration", |w| w.scene().layers[1].transform.translation.x < 400.0);
+    settle(&mut window);
+    let moved = window.state().scene().layers[1].transform.transform_point3(DVec3::splat(11.5));
+    assert!(moved.distance(DVec3::splat(11.5)) < 0.1, "the middles lie on each other: {moved}");
+    assert!(window.query_by_label_contains("lie apart from each other").is_none(), "it was heard");
     let name = window.state().volumes()[1].name().to_owned();
     close_scan(&mut window, &name);
     window.get_by_label("Register").click();

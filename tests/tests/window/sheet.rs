@@ -40,8 +40,21 @@ const STEPS: [Step; 13] = [
         window.get_by_label("Fit").click();
         wait_for(window, "Back to where it was");
     }),
+    ("by hand", |window| {
+        window.get_by_label("Keep this one").scroll_to_me();
+        window.run_steps(6);
+        window.get_by_label("Keep this one").click();
+        window.run_steps(4);
+        window.key_press(Key::M);
+        window.run_steps(4);
+        window.get_by_label("Shift to posterior, a step less").scroll_to_me();
+        window.run_steps(6);
+        window.get_by_label("Shift to posterior, a step less").click();
+    }),
     ("scans", |window| {
-        undo(window);
+        window.key_press(Key::Escape);
+        window.run_steps(2);
+        (0..3).for_each(|_| undo(window));
         close_drawers(window);
         open_side(window, "Scans");
     }),

@@ -3,12 +3,15 @@
 mod along;
 mod chart;
 mod cuts;
+mod hand;
 mod histogram;
 mod landmarks;
 mod light;
 mod look;
+mod poses;
 mod ray_form;
 mod rays;
+mod regions;
 mod register;
 mod registered;
 mod scan;
@@ -18,13 +21,16 @@ mod slices;
 mod stretches;
 mod thickness;
 mod transfer_editor;
+mod two_poses;
+mod upright;
 
-use super::bench::Bench;
+use super::bench::{BRING_TOGETHER, Bench};
 use super::dock::{Dock, Side};
 use super::measured::{Tool, Work};
 use super::menu::{self, Menu};
 use super::palette::Palette;
 use bregma_renderer::{Scene, Solver};
+use bregma_session::register::apart;
 use bregma_session::thickness::Coat;
 use chart::ChartPanel;
 use egui::{Key, Modifiers, Rect, ScrollArea, Ui};
@@ -33,6 +39,7 @@ use register::RegisterPanel;
 use scan::ScanPanel;
 use std::sync::Arc;
 use thickness::ThicknessPanel;
+use upright::UprightPanel;
 
 /// What panels keep from frame to frame.
 #[derive(Default)]
@@ -49,6 +56,8 @@ pub struct Panels {
     /// The map of thickness.
     pub thickness: ThicknessPanel,
     register: RegisterPanel,
+    /// How one scan is held.
+    upright: UprightPanel,
     /// What is known of one scan.
     scan: ScanPanel,
 }
@@ -104,7 +113,7 @@ const PLAIN: Panel =
 
 const NONE: Modifiers = Modifiers::NONE;
 
-const PANELS: [Panel; 10] = [
+const PANELS: [Panel; 11] = [
     Panel {
         place: Place::Left,
         show: |p, bench, ui| {
@@ -156,10 +165,27 @@ const PANELS: [Panel; 10] = [
     },
     Panel {
         place: Place::Right(Tab::Register, "Register"),
-        commands: &[Command::new(Menu::Measure, "Register scans…", &[], |p, _, _| p.open(Tab::Register))
-            .when(|_, b| if b.work.opened.volumes.len() < 2 { Err("Two scans are needed") } else { Ok(()) })],
-        poll: |p, bench| p.register.poll(&mut bench.work),
+        commands: &[
+            Command::new(Menu::Measure, "Register scans…", &[], |p, _, _| p.open(Tab::Register)).when(has_two),
+            Command::new(Menu::Measure, BRING_TOGETHER, &[], |p, b, ctx| {
+                p.open(Tab::Register);
+                p.register.bring_together(b, ctx);
+            })
+            .when(|_, b| if apart(&b.work.opened).is_some() { Ok(()) } else { Err("No scans lie apart from each other") }),
+            Command::new(Menu::Measure, "Move a scan by hand", &[(NONE, Key::M)], |p, b, _| {
+                p.open(Tab::Register);
+                p.register.toggle_hand(b);
+            })
+            .when(has_two),
+        ],
+        poll: |p, bench| p.register.poll(bench),
         show: |p, bench, ui| p.register.show(ui, bench),
+        ..PLAIN
+    },
+    Panel {
+        commands: &[Command::new(Menu::Measure, "Hold upright…", &[], |p, _, _| p.upright.open())],
+        poll: |p, _| p.upright.poll(),
+        show: |p, bench, ui| p.upright.show(ui.ctx(), bench),
         ..PLAIN
     },
     Panel {
@@ -173,6 +199,10 @@ const PANELS: [Panel; 10] = [
         ..PLAIN
     },
 ];
+
+fn has_two(_: &Panels, bench: &Bench) -> menu::Allowed {
+    if bench.work.opened.volumes.len() < 2 { Err("Two scans are needed") } else { Ok(()) }
+}
 
 impl Panels {
     /// The commands of all panels.

@@ -5,13 +5,19 @@ use super::super::job::Job;
 use super::super::measured::Work;
 use super::super::widgets::elided;
 use super::super::words::in_the_window;
+use super::hand::{self, Steps};
+use super::poses;
+use super::regions::Regions;
 use super::registered::{Fitted, mm3};
+use super::two_poses::TwoPoses;
 use bregma_field::Progress;
 use bregma_measure::landmarks::Landmark;
-use bregma_register::landmarks::Paired;
-use bregma_session::Opened;
-use bregma_session::register::{By, Order, RegisterError, register};
-use egui::{Button, ComboBox, Grid, ScrollArea, Ui};
+use bregma_register::Parts;
+use bregma_register::landmarks::{Freedom, Paired};
+use bregma_session::register::{By, Order, apart, register};
+use bregma_session::{Made, Opened};
+use egui::{Button, ComboBox, Context, Grid, ScrollArea, Ui};
+use glam::DAffine3;
 use std::sync::Arc;
 
 /// The panel.
@@ -23,6 +29,14 @@ pub struct RegisterPanel {
     left_out: Vec<String>,
     /// The surfaces are looked for anywhere, not from where the scan lies.
     anywhere: bool,
+    /// What of the surfaces takes part.
+    regions: Regions,
+    /// What landmarks may do beside turning and shifting.
+    freedom: Freedom,
+    /// How far clicks move by hand, and where the hand last left the scan.
+    steps: Steps,
+    left_by_hand: Option<DAffine3>,
+    two: TwoPoses,
     job: Option<Job<Fitted>>,
     fitted: Option<Arc<Fitted>>,
 }
@@ -30,7 +44,19 @@ pub struct RegisterPanel {
 impl Default for RegisterPanel {
     fn default() -> Self {
         // The second scan onto the first.
-        Self { numbers: [1, 0], by: By::default(), left_out: vec![], anywhere: false, job: None, fitted: None }
+        Self {
+            numbers: [1, 0],
+            by: By::default(),
+            left_out: vec![],
+            anywhere: false,
+            regions: Regions::default(),
+            freedom: Freedom::default(),
+            steps: Steps::default(),
+            left_by_hand: None,
+            two: TwoPoses::default(),
+            job: None,
+            fitted: None,
+        }
     }
 }
 
@@ -41,7 +67,10 @@ const NAME: f32 = 110.0;
 
 impl RegisterPanel {
     /// Takes what the thread brought, and puts the scan there; `Err` is a sentence for the person.
-    pub fn poll(&mut self, work: &mut Work) -> Result<(), String> {
+    pub fn poll(&mut self, bench: &mut Bench) -> Result<(), String> {
+        let left = bench.view.hand.as_ref().and_then(|hand| hand.left_at(&bench.work.opened));
+        self.left_by_hand = left.or(self.left_by_hand);
+        let work = &mut bench.work;
         let Some(result) = self.job.as_ref().and_then(Job::poll) else { return Ok(()) };
         self.job = None;
         let fitted = result.map_err(|e| format!("The scans were not registered: {e}"))?;
@@ -66,46 +95,86 @@ impl RegisterPanel {
         }
         ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
             ui.set_max_width(ui.available_width() - SCROLL_BAR);
-            self.question(ui, &bench.work);
+            self.question(ui, bench);
+            hand::numbers(ui, bench, &mut self.steps);
             if let Some(fitted) = self.fitted.clone().filter(|fitted| fitted.stands(&bench.work)) {
                 ui.separator();
                 fitted.show(ui, bench);
             }
+            ui.separator();
+            poses::show(ui, bench, self.numbers, |bench| self.made(&bench.work));
+            self.two.show(ui, bench, self.numbers);
         });
     }
 
+    /// Looks for one of two scans that lie apart around the other, from anywhere.
+    pub fn bring_together(&mut self, bench: &Bench, ctx: &Context) {
+        if let Some([stays, moves]) = apart(&bench.work.opened).filter(|_| self.job.is_none()) {
+            (self.numbers, self.by, self.anywhere, self.regions) = ([moves, stays], By::Surfaces, true, Regions::default());
+            let opened = bench.work.opened.clone();
+            let order = self.order(&opened, Parts::default());
+            self.fit(ctx, opened, order);
+        }
+    }
+
+    /// Gives the scan that moves to the hand, or takes it away.
+    pub fn toggle_hand(&mut self, bench: &mut Bench) {
+        self.numbers = those_open(self.numbers, &bench.work.opened);
+        hand::toggle(bench, self.numbers[0]);
+    }
+
+    fn fit(&mut self, ctx: &Context, opened: Opened, order: Order) {
+        let numbers = self.numbers;
+        self.job = Some(Job::start(ctx, "Registering".into(), move |progress| Fitted::new(opened, numbers, order, progress)));
+    }
+
+    /// How the registration that stands came about.
+    fn made(&self, work: &Work) -> Made {
+        let stands = |fitted: &&Arc<Fitted>| fitted.is_of(self.numbers, &work.opened) && fitted.stands(work);
+        match self.fitted.as_ref().filter(stands) {
+            Some(fitted) => fitted.made(),
+            None if self.left_by_hand == Some(work.opened.scene.layers[self.numbers[0]].transform) => Made::ByHand,
+            None => Made::Given,
+        }
+    }
+
     /// Which scans, and by what.
-    fn question(&mut self, ui: &mut Ui, work: &Work) {
+    fn question(&mut self, ui: &mut Ui, bench: &mut Bench) {
+        let work = &bench.work;
         self.which(ui, &work.opened);
-        ui.horizontal(|ui| {
+        ui.horizontal_wrapped(|ui| {
             ui.radio_value(&mut self.by, By::Surfaces, "By surfaces")
                 .on_hover_text("The bone of the one is laid onto the bone of the other");
+            let hint = "The values around the surface are laid onto each other: of one object scanned twice, at whatever kernel and scale";
+            ui.radio_value(&mut self.by, By::Intensities, "By values").on_hover_text(hint);
             ui.radio_value(&mut self.by, By::Landmarks, "By landmarks").on_hover_text("Points of the same names are laid onto each other");
         });
         let opened = Opened { landmarks: work.measured.landmarks.clone(), ..work.opened.clone() };
+        let parts = self.regions.parts(&opened, self.numbers[1]);
         let cannot = match self.by {
-            By::Surfaces | By::Intensities => {
-                self.start(ui);
-                None
-            }
             By::Landmarks => self.pairs(ui, &opened),
+            _ => {
+                self.start(ui);
+                self.regions.show(ui, &opened);
+                parts.as_ref().err().cloned()
+            }
         };
         if let Some(reason) = &cannot {
             ui.colored_label(ui.visuals().warn_fg_color, reason);
         }
-        let fit = ui.add_enabled(cannot.is_none(), Button::new("Fit")).on_hover_text("Undo takes it back");
-        if fit.clicked() {
-            let (numbers, order) = (self.numbers, self.order(&opened));
-            self.job = Some(Job::start(ui.ctx(), "Registering".into(), move |progress| Fitted::new(opened, numbers, order, progress)));
-        }
+        ui.horizontal(|ui| {
+            let fit = ui.add_enabled(cannot.is_none(), Button::new("Fit")).on_hover_text("Undo takes it back");
+            if fit.clicked() {
+                let order = self.order(&opened, parts.unwrap_or_default());
+                self.fit(ui.ctx(), opened, order);
+            }
+            hand::switch(ui, bench, self.numbers[0]);
+        });
     }
 
     /// Which scan moves, and which stays.
     fn which(&mut self, ui: &mut Ui, opened: &Opened) {
-        let last = opened.volumes.len() - 1;
-        let [moving, fixed] = self.numbers.map(|n| n.min(last));
-        // Scans may have been closed.
-        self.numbers = if moving == fixed { [1, 0] } else { [moving, fixed] };
+        self.numbers = those_open(self.numbers, opened);
         let before = self.numbers;
         Grid::new("which").num_columns(2).show(ui, |ui| {
             for (role, (word, name)) in [("Move", "Scan that moves"), ("onto", "Scan that stays")].into_iter().enumerate() {
@@ -139,7 +208,12 @@ impl RegisterPanel {
 
     /// The pairs of landmarks, each with what a fit leaves of it. Gives why there is no fit.
     fn pairs(&mut self, ui: &mut Ui, opened: &Opened) -> Option<String> {
-        let fit = register(opened, self.numbers, &self.order(opened), &Progress::default());
+        ui.horizontal(|ui| {
+            for (freedom, name, what) in FREEDOMS {
+                ui.radio_value(&mut self.freedom, freedom, name).on_hover_text(what);
+            }
+        });
+        let fit = register(opened, self.numbers, &self.order(opened, Parts::default()), &Progress::default());
         let (found, cannot) = match fit {
             Ok(registered) => (registered.report.landmarks, None),
             Err(error) => (vec![], Some(sentence(&error))),
@@ -186,13 +260,28 @@ impl RegisterPanel {
         ui.end_row();
     }
 
-    fn order(&self, opened: &Opened) -> Order {
+    fn order(&self, opened: &Opened, parts: Parts) -> Order {
         let [moving, fixed] = self.numbers.map(|n| opened.scene.layers[n].transform);
-        let start = (self.by != By::Landmarks && !self.anywhere).then(|| fixed.inverse() * moving);
-        let left_out = if self.by == By::Landmarks { self.left_out.clone() } else { vec![] };
-        Order { by: self.by, left_out, start, ..Order::default() }
+        if self.by == By::Landmarks {
+            return Order { by: self.by, left_out: self.left_out.clone(), freedom: self.freedom, ..Order::default() };
+        }
+        let start = (!self.anywhere).then(|| fixed.inverse() * moving);
+        Order { by: self.by, parts, start, ..Order::default() }
     }
 }
+
+/// The numbers where two scans of that number are open, which may have been closed.
+fn those_open(numbers: [usize; 2], opened: &Opened) -> [usize; 2] {
+    let [moving, fixed] = numbers.map(|n| n.min(opened.volumes.len() - 1));
+    if moving == fixed { [1, 0] } else { [moving, fixed] }
+}
+
+/// What landmarks may do, its name, and what that means.
+const FREEDOMS: [(Freedom, &str, &str); 3] = [
+    (Freedom::Rigid, "Rigid", "Turned and shifted: sizes stay"),
+    (Freedom::Similarity, "Similarity", "Also made larger or smaller: lengths on the scan are not its own any more"),
+    (Freedom::Affine, "Affine", "Also stretched and sheared: lengths on the scan are not its own any more"),
+];
 
 /// Columns beside the name, in mm, and what they say.
 const TITLES: [(&str, &str); 3] = [
@@ -202,7 +291,7 @@ const TITLES: [(&str, &str); 3] = [
 ];
 
 /// An error as a sentence of its own.
-fn sentence(error: &RegisterError) -> String {
+pub fn sentence(error: &impl std::fmt::Display) -> String {
     let text = in_the_window(&error.to_string());
     let mut letters = text.chars();
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())

@@ -7,8 +7,8 @@ use super::super::words::in_the_window;
 use bregma_field::{Progress, Registration};
 use bregma_measure::numbers::fixed;
 use bregma_renderer::Layer;
-use bregma_session::Opened;
 use bregma_session::register::{Order, RegisterError, Registered, SurfaceReport, register, write};
+use bregma_session::{Made, Opened};
 use egui::{Align2, Color32, FontId, Grid, Rect, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
 use glam::DVec3;
 use std::sync::Arc;
@@ -60,6 +60,16 @@ impl Fitted {
     /// The scans lie as it put them.
     pub fn stands(&self, work: &Work) -> bool {
         self.moved_in(&work.opened).is_some_and(|n| work.opened.scene.layers[n].transform == self.registration().transform)
+    }
+
+    /// How it came about, for the list of those that are kept.
+    pub fn made(&self) -> Made {
+        Made::Fit(Box::new((self.order.clone(), self.registered.clone())))
+    }
+
+    /// It is of these scans, by their numbers.
+    pub fn is_of(&self, numbers: [usize; 2], opened: &Opened) -> bool {
+        self.numbers_in(opened) == Some(numbers)
     }
 
     /// Shows how well the scans lie on each other, and what can be done with it.
@@ -136,12 +146,10 @@ impl Fitted {
 }
 
 /// Where the registration is saved, and as what.
-const SAVE: Ask = Ask {
-    title: "Save the registration",
-    kind: Kind::Save,
-    forms: &[("Registration", &["json"]), ("ITK transform", &["tfm", "txt"])],
-    name: "registration.json",
-};
+const SAVE: Ask = Ask { title: "Save the registration", kind: Kind::Save, forms: FORMS, name: "registration.json" };
+
+/// The forms of registrations.
+pub const FORMS: &[(&str, &[&str])] = &[("Registration", &["json"]), ("ITK transform", &["tfm", "txt"])];
 
 /// Thousandths of a millimetre: surfaces are brought together finer than a voxel.
 pub fn mm3(value: f64) -> String {

@@ -33,7 +33,7 @@ pub fn differences(ui: &mut Ui, found: &Found) {
 }
 
 /// Which stretches a difference is of, and what must be known about it.
-fn which(d: &Difference) -> String {
+pub fn which(d: &Difference) -> String {
     let bones = |numbers: &[usize]| numbers.iter().map(usize::to_string).collect::<Vec<_>>().join("+");
     let of = if d.a == d.b { format!("bone {}", bones(&d.a)) } else { format!("bone {} and {}", bones(&d.b), bones(&d.a)) };
     let flags = [(d.united, "united"), (d.partial, "in part"), (d.below_resolution, "below resolution")];

@@ -229,6 +229,15 @@ pub fn ray(painter: &Painter, screen: &Screen<'_>, found: &Found) {
     }
 }
 
+/// What a scan is turned about by hand.
+pub fn pivot(painter: &Painter, screen: &Screen<'_>, middle_mm: DVec3) {
+    if let Some(at) = screen.point(middle_mm) {
+        for stroke in [Stroke::new(3.5, Color32::from_black_alpha(150)), Stroke::new(1.5, HIT)] {
+            painter.circle_stroke(at, 7.0, stroke);
+        }
+    }
+}
+
 /// A filled circle with a dark edge.
 pub fn dot(painter: &Painter, at: Pos2, radius: f32, color: Color32) {
     painter.circle(at, radius, color, Stroke::new(1.5, Color32::from_black_alpha(200)));

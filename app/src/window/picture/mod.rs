@@ -1,5 +1,6 @@
 //! The picture: what is drawn, over it, and what the mouse does there.
 
+pub mod by_hand;
 pub mod cast;
 pub mod compare_bar;
 mod cut_handles;

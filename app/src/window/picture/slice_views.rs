@@ -2,6 +2,7 @@
 
 use super::super::measured::{Tool, Work};
 use super::super::under;
+use super::by_hand::{ByHand, Drag};
 use super::cast::Found;
 use super::marks::{self, Screen};
 use super::navigate::mm_per_pixel;
@@ -169,13 +170,13 @@ impl SliceView {
         if ui.input(|i| i.pointer.any_pressed()) {
             self.closes_popup = ui.ctx().any_popup_open();
         }
-        let grids = work.opened.grids();
+        let grids = picture.hand.as_ref().map_or_else(|| work.opened.grids(), |hand| hand.grids(&work.opened));
         let aspect = f64::from(rect.width() / rect.height().max(1.0));
         let camera = work.opened.slices.camera(plane, &grids, aspect);
         let before = (work.opened.slices, work.opened.scene.clips.clone());
         let hand = Hand { plane, screen: Screen { camera: &camera, rect, size } };
         let told = hand.click(&response, self.closes_popup, work, picture);
-        hand.drag(ui, &response, &mut self.grip, work);
+        hand.drag(ui, &response, &mut self.grip, work, picture.hand.as_ref());
         hand.wheel(ui, &response, &mut self.scrolled, work, work.opened.slices.step_mm(plane, &grids));
         if before != (work.opened.slices, work.opened.scene.clips.clone()) {
             self.moved_at = ui.ctx().time();
@@ -278,7 +279,13 @@ impl Hand<'_> {
         }
     }
 
-    fn drag(&self, ui: &Ui, response: &Response, grip: &mut Grip, work: &mut Work) {
+    fn drag(&self, ui: &Ui, response: &Response, grip: &mut Grip, work: &mut Work, by_hand: Option<&ByHand>) {
+        if let Some(by_hand) = by_hand
+            && let Some(drag) = Drag::of(ui, response)
+        {
+            by_hand.follow(work, &self.screen, drag, Some(work.opened.slices.at_mm));
+            return;
+        }
         let modifiers = ui.input(|i| i.modifiers);
         let left = response.dragged_by(PointerButton::Primary);
         let delta = response.drag_delta();

@@ -1,6 +1,7 @@
 //! The picture: what the mouse does on it, and its pixels on the screen.
 
 use super::super::measured::{Measured, Tool, Work, landmark_at, normal_ray, picked};
+use super::by_hand::{ByHand, Drag};
 use super::cast::{Found, cast, out_of_bone};
 use super::compare_bar;
 use super::cut_handles::{self, Held};
@@ -26,6 +27,8 @@ pub struct View {
     pub rect: Option<Rect>,
     /// What a click does.
     tool: Tool,
+    /// The scan that drags move, instead of the view, in the picture and in slices.
+    pub hand: Option<ByHand>,
     /// The first of two clicked points.
     first_point: Option<bregma_field::WorldPoint>,
     /// The cut that the mouse holds.
@@ -53,6 +56,15 @@ impl View {
         self.forget_first_point();
     }
 
+    /// Leaves what was begun where Escape is pressed. The hand has no scan that is not open.
+    pub fn let_go(&mut self, ctx: &egui::Context, work: &Work) {
+        if ctx.input(|i| i.key_pressed(egui::Key::Escape)) {
+            self.forget_first_point();
+            self.hand = None;
+        }
+        self.hand.take_if(|hand| hand.number(&work.opened).is_none());
+    }
+
     /// The next of two clicks is the first again.
     pub fn forget_first_point(&mut self) {
         self.first_point = None;
@@ -65,6 +77,9 @@ impl View {
 
     /// What the mouse does now, for the status line.
     pub fn hint(&self) -> &'static str {
+        if self.hand.is_some() {
+            return "Drag moves the scan  ·  Ctrl + drag turns it  ·  Escape ends";
+        }
         match (self.held_landmark, self.first_point, self.tool) {
             (Some(_), ..) => "Let go where the landmark belongs",
             (_, Some(_), _) => "Click on the second point  ·  Escape: begin anew",
@@ -139,9 +154,6 @@ impl View {
         if ui.input(|i| i.pointer.any_pressed()) {
             self.closes_popup = ui.ctx().any_popup_open();
         }
-        if ui.input(|i| i.key_pressed(egui::Key::Escape)) {
-            self.forget_first_point();
-        }
         if response.clicked_by(PointerButton::Primary)
             && !self.closes_popup
             && let Some(at) = response.interact_pointer_pos()
@@ -149,7 +161,9 @@ impl View {
             let pane = self.panes(work, rect, size).into_iter().find(|(pane, _)| pane.contains(at));
             told = pane.map_or(Ok(()), |(pane, pixels)| self.click(work, pane, pixels, at)).map(|()| size);
         }
-        if let Some((pane, pixels)) = self.panes(work, rect, size).first().copied() {
+        if !self.move_by_hand(ui, &response, work, rect, size)
+            && let Some((pane, pixels)) = self.panes(work, rect, size).first().copied()
+        {
             self.hold_landmark(ui, &response, work, pane, pixels);
         }
         if self.held_landmark.is_none() && self.navigate(ui, &response, work, rect) {
@@ -171,6 +185,8 @@ impl View {
         for (rect, size) in panes.iter().copied() {
             let screen = Screen { camera: &work.opened.scene.camera, rect, size };
             marks(&ui.painter_at(rect), &screen, &work.measured, found, hovered_mm);
+            let pivot_mm = self.hand.as_ref().and_then(|hand| hand.middle_mm(&work.opened));
+            pivot_mm.into_iter().for_each(|p| marks::pivot(&ui.painter_at(rect), &screen, p));
             if !work.opened.slices.layout.planes().is_empty() {
                 marks::cross(&ui.painter_at(rect), &screen, &work.opened.slices);
             }
@@ -190,14 +206,15 @@ impl View {
         left <= 0.0 && !ctx.input(|i| i.pointer.any_down())
     }
 
-    /// As in 3D Slicer: left rotates, middle or Shift+left pans, right or the wheel zooms, Ctrl+left rolls.
+    /// As in 3D Slicer: left rotates, middle or Shift+left pans, right or the wheel zooms, Ctrl+left rolls. While the hand has a scan, left and
+    /// Ctrl+left are its, and Alt+left rotates.
     fn navigate(&self, ui: &Ui, response: &Response, work: &mut Work, rect: Rect) -> bool {
         let camera = &mut work.opened.scene.camera;
         let before = *camera;
         let (modifiers, wheel, pinch) = ui.input(|i| (i.modifiers, i.smooth_scroll_delta().y, i.zoom_delta()));
         let delta = response.drag_delta();
         let (dx, dy, height) = (f64::from(delta.x), f64::from(delta.y), f64::from(rect.height()));
-        let left = response.dragged_by(PointerButton::Primary);
+        let left = response.dragged_by(PointerButton::Primary) && (self.hand.is_none() || modifiers.shift || modifiers.alt);
         if response.dragged_by(PointerButton::Middle) || left && modifiers.shift {
             navigate::pan(camera, dx, dy, height);
         } else if left && modifiers.command {
@@ -216,6 +233,23 @@ impl View {
             navigate::zoom(camera, (f64::from(wheel) * 0.004).exp() * f64::from(pinch));
         }
         *camera != before
+    }
+
+    /// Lets the scan that the hand has follow the mouse. Whether the hand has one.
+    fn move_by_hand(&self, ui: &Ui, response: &Response, work: &mut Work, rect: Rect, size: [u32; 2]) -> bool {
+        let Some(hand) = &self.hand else { return false };
+        if response.hovered() {
+            ui.ctx().set_cursor_icon(CursorIcon::Move);
+        }
+        // Of two pictures beside each other it follows in the one that the drag began on.
+        let panes = self.panes(work, rect, size);
+        let begun = ui.input(|i| i.pointer.press_origin());
+        let pane = panes.iter().find(|(pane, _)| begun.is_some_and(|at| pane.contains(at)));
+        if let (Some(drag), Some((rect, size))) = (Drag::of(ui, response), pane.copied()) {
+            let camera = work.opened.scene.camera;
+            hand.follow(work, &Screen { camera: &camera, rect, size }, drag, None);
+        }
+        true
     }
 
     /// Takes a landmark along that a drag began on, over the surface that lies under the mouse.
@@ -295,7 +329,9 @@ impl View {
     /// The point of what is drawn that lies under the mouse.
     pub fn under(&self, ui: &Ui, work: &Work) -> Option<DVec3> {
         let (rect, painted) = (self.rect?, self.painted.as_ref()?);
-        let at = ui.ctx().pointer_hover_pos().filter(|at| rect.contains(*at))?;
+        // What lies over the picture is not of it.
+        let is_free = |at: &Pos2| ui.ctx().layer_id_at(*at).is_none_or(|layer| layer == ui.layer_id());
+        let at = ui.ctx().pointer_hover_pos().filter(|at| rect.contains(*at) && is_free(at))?;
         let size = [painted.picture.width, painted.picture.height];
         let scale = size[1] as f32 / rect.height();
         let [x, y] = [(at.x - rect.left()) * scale, (at.y - rect.top()) * scale].map(|v| v.max(0.0) as u32);
