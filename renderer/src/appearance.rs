@@ -44,7 +44,7 @@ impl Appearance {
     /// Of layer `index`, whose own volume is `volume`, with steps of `step_mm` and a window for cuts.
     pub fn of(scene: &Scene, index: usize, surface: &Surface, volume: &Volume, step_mm: f32, window: Window) -> Self {
         let layer = &scene.layers[index];
-        let is_slice = scene.mode.gather() == Gather::Plane;
+        let is_slice = scene.is_slice();
         let shows_faces = !is_slice && !surface.region.is_all() && scene.cut_face != CutFace::Bone;
         let by_transfer = (is_slice || shows_faces) && scene.face() == CutFace::Transfer;
         let window = if by_transfer { Window::between(volume.range()) } else { window };

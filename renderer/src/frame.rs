@@ -125,7 +125,7 @@ impl Reach {
         let forward = scene.camera.basis().forward;
         let finest_mm = surfaces.iter().map(|(_, s)| s.grid.spacing_mm().min_element()).fold(f64::INFINITY, f64::min);
         let finest_mm = Some(finest_mm).filter(|mm| mm.is_finite());
-        if scene.mode.gather() == Gather::Plane {
+        if scene.is_slice() {
             // From the slice's near side to its far one.
             let depth_mm = scene.slice.thickness_mm;
             let base_mm = (scene.camera.target_mm - scene.camera.eye_mm).dot(forward) - depth_mm / 2.0;
@@ -156,12 +156,12 @@ impl Frame {
         let surfaces = scene.hulls(volumes)?;
         let reach = Reach::of(scene, &surfaces);
         // The same for all volumes, so that their faces can be compared.
-        let chosen = if scene.mode.gather() == Gather::Plane { scene.slice.window } else { scene.window };
+        let chosen = if scene.is_slice() { scene.slice.window } else { scene.window };
         let window = chosen.or_else(|| surfaces.first().map(|(_, s)| Window::of(&s.volume))).unwrap_or(Window::between([0.0, 1.0]));
         let agreement_mm = if scene.mode.uses(Setting::Agreement) && surfaces.len() > 1 { scene.agreement_mm(volumes) } else { 0.0 };
         let surfaces = if scene.draws_spline() { splines(maps, surfaces)? } else { surfaces };
         maps.keep_only(&surfaces, if scene.draws_spline() { volumes } else { &[] });
-        let nodes = if scene.mode.gather() == Gather::Plane { nodes_per_pixel(scene, &surfaces, [width, height]) } else { 1 };
+        let nodes = if scene.is_slice() { nodes_per_pixel(scene, &surfaces, [width, height]) } else { 1 };
         let [width, height] = [width, height].map(|n| n * nodes);
         let base = Self::without_layers(scene, &reach, [width, height]);
         let shadow_start_mm = base.shadow_start_mm.max(SHADOW_START_AGREEMENTS * agreement_mm);
@@ -169,7 +169,7 @@ impl Frame {
         let depths = [reach.base_mm, reach.depth_mm + reach.margin_mm];
         let layer = |(index, surface): (usize, Surface)| {
             let appearance = Appearance::of(scene, index, &surface, &volumes[index], frame.step_mm, window);
-            let sees_everywhere = frame.has_solver && appearance.shows_faces || scene.mode.gather() == Gather::Plane;
+            let sees_everywhere = frame.has_solver && appearance.shows_faces || scene.is_slice();
             let skip = Skip::of(maps, scene, &surface, sees_everywhere, depths, [width, height]);
             FrameLayer { placement: Placement::of(index, surface, &frame.based_rays, scene.toward_light()), skip, appearance }
         };

@@ -505,17 +505,22 @@ impl Scene {
 
     /// Whether its pictures have values: one number for each pixel.
     pub fn gives_values(&self) -> bool {
-        self.mode.uses(Setting::Numbers) || self.mode.uses(Setting::Slice)
+        self.mode.uses(Setting::Numbers) || self.is_slice()
+    }
+
+    /// Whether it is a plane through the scans.
+    pub fn is_slice(&self) -> bool {
+        self.mode.uses(Setting::Slice)
     }
 
     /// The camera that it is drawn by: a slice is seen along parallel rays.
     pub fn viewed_from(&self) -> Camera {
-        if self.mode.uses(Setting::Slice) { self.camera.parallel() } else { self.camera }
+        if self.is_slice() { self.camera.parallel() } else { self.camera }
     }
 
     /// What shows values instead of bone where it is cut through, in all modes.
     pub(crate) fn face(&self) -> CutFace {
-        if self.mode.uses(Setting::Slice) { self.slice.face } else { self.cut_face }
+        if self.is_slice() { self.slice.face } else { self.cut_face }
     }
 
     /// Whether something is cut away and the faces of the cuts can show.

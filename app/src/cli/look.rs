@@ -179,7 +179,7 @@ impl LookArgs {
             let text = "--reconstruction spline is of opaque surfaces: use --mode overlay, or --mode iso without --opacity and --shell";
             return Err(CommandError::Usage(text.into()));
         }
-        if scene.mode.uses(Setting::Slice) {
+        if scene.is_slice() {
             scene.slice.face = self.cut_face.unwrap_or(scene.slice.face);
         } else {
             scene.cut_face = self.cut_face.unwrap_or(scene.cut_face);
@@ -189,7 +189,7 @@ impl LookArgs {
         scene.slice.slab = self.slab.unwrap_or(scene.slice.slab);
         scene.slice.contour_px = self.contour.unwrap_or(scene.slice.contour_px);
         if let (Some(width), Some(level)) = (self.window, self.level) {
-            let window = if scene.mode.uses(Setting::Slice) { &mut scene.slice.window } else { &mut scene.window };
+            let window = if scene.is_slice() { &mut scene.slice.window } else { &mut scene.window };
             *window = Some(Window { width, level });
         }
         scene.depth_cue = self.depth_cue.map_or(scene.depth_cue, |v| v as f32);
@@ -214,7 +214,7 @@ impl LookArgs {
         let (surfaces, shells) = (uses(Setting::Surfaces), uses(Setting::Shells));
         let cut = scene.has_cut_faces();
         let faces = cut && scene.cut_face != CutFace::Bone;
-        let slice = uses(Setting::Slice);
+        let slice = scene.is_slice();
         let by_transfer = dvr || cut && scene.cut_face == CutFace::Transfer || slice && scene.slice.face == CutFace::Transfer;
         let steps = dvr && scene.integrator != Integrator::Exact;
         let options = [

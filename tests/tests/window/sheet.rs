@@ -8,7 +8,7 @@ const SIZES: [([f32; 2], f32); 4] = [([720.0, 480.0], 1.0), ([1280.0, 800.0], 1.
 /// What is done before the window is looked at, with a name for it; each goes on from the one before.
 pub type Step = (&'static str, fn(&mut Window));
 
-const STEPS: [Step; 13] = [
+const STEPS: [Step; 14] = [
     ("opened", |_| {}),
     ("rays", |window| {
         for shift in [egui::vec2(0.0, 0.0), egui::vec2(-30.0, -25.0), egui::vec2(25.0, -45.0)] {

@@ -5,7 +5,7 @@ use crate::cli::error::CommandError;
 use crate::cli::opening::{open, require_spacing};
 use crate::cli::parsers::Plane;
 use crate::cli::terminal::warn;
-use bregma_renderer::{Camera, FOV_DEG, Projection, Setting, view_of_plane};
+use bregma_renderer::{Camera, FOV_DEG, Projection, view_of_plane};
 use bregma_session::output::{write_depth, write_png, write_values, write_volume_id};
 use bregma_session::{Compare, Machine, Opened};
 use std::path::{Path, PathBuf};
@@ -70,7 +70,7 @@ fn keep_apart(args: &RenderArgs) -> Result<(), CommandError> {
 pub(super) fn camera(args: &CameraArgs, opened: &Opened, (width, height): (u32, u32)) -> Camera {
     let bounds = opened.bounds();
     let mut camera = opened.scene.camera;
-    let is_new_slice = opened.scene.mode.uses(Setting::Slice) && args.orbit.is_none() && args.eye.is_none() && !opened.from_session;
+    let is_new_slice = opened.scene.is_slice() && args.orbit.is_none() && args.eye.is_none() && !opened.from_session;
     if let Some(plane) = args.plane.or_else(|| is_new_slice.then(Plane::default)) {
         let (axes, through_mm) = plane.through(bounds.centre_mm);
         camera = view_of_plane(axes, through_mm, &opened.grids(), f64::from(width) / f64::from(height));
