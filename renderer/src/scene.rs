@@ -8,6 +8,7 @@ use crate::slice::{Contour, Slice, WIDEST_CONTOUR_PX};
 use crate::transfer::{Control, TransferFunction, lowest_visible};
 use bregma_field::{Bounds, Clip, Covariance, GridError, Measured, Surface, Unit, Volume};
 use glam::{DAffine3, DVec3, Vec3};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use thiserror::Error;
@@ -550,9 +551,14 @@ impl Picture {
     /// Of nothing but `background` (sRGB with straight alpha).
     pub(crate) fn of(background: [u8; 4], width: u32, height: u32) -> Self {
         let count = width as usize * height as usize;
-        let (depth_mm, volume_id) = (vec![f32::NAN; count], vec![0; count]);
-        Self { width, height, rgba: vec![background; count], depth_mm, volume_id, values: vec![], contours: vec![] }
+        let (rgba, depth_mm) = (filled(background, count), filled(f32::NAN, count));
+        Self { width, height, rgba, depth_mm, volume_id: vec![0; count], values: vec![], contours: vec![] }
     }
+}
+
+/// As many of the same, by all cores: memory that is new takes as long to come as a picture to be drawn.
+pub(crate) fn filled<T: Copy + Send>(value: T, count: usize) -> Vec<T> {
+    rayon::iter::repeat_n(value, count).collect()
 }
 
 /// Pictures number volumes by a byte, 0 standing for none.

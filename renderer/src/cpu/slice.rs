@@ -21,32 +21,40 @@ use fearless_simd::{Level, Simd, dispatch};
 pub(super) fn draw(level: Level, frame: &Frame, scene: &Scene, [width, height]: [u32; 2]) -> Picture {
     let across = width * frame.nodes_per_pixel;
     let sought = scene.slice.sought().map(|of| Sought { of, by_gradient: false, in_range: false });
-    slice::draw(frame, scene, [width, height], |first, rows, paint| {
-        let layers: Vec<NodesOf> = frame
-            .layers
-            .iter()
-            .map(|layer| dispatch!(level, simd => nodes(simd, frame, layer, sought, across, [first as u32, rows as u32])))
-            .collect();
-        let layers =
-            layers.iter().map(|nodes| Nodes { values: &nodes.values, crossings: &nodes.crossings, crossed: &nodes.crossed }).collect();
-        paint(&NodeBand { width: across as usize, layers });
+    let begin = || vec![NodesOf::default(); frame.layers.len()];
+    slice::draw(frame, scene, [width, height], begin, |all: &mut Vec<NodesOf>, first, rows, paint| {
+        for (layer, nodes) in frame.layers.iter().zip(&mut *all) {
+            nodes.begin((across as usize) * rows);
+            dispatch!(level, simd => gather(simd, frame, layer, sought, across, first as u32, nodes));
+        }
+        let layers = all.iter().map(|nodes| Nodes { values: &nodes.values, crossings: &nodes.crossings, crossed: &nodes.crossed });
+        paint(&NodeBand { width: across as usize, layers: layers.collect() });
     })
 }
 
 /// What a band of nodes knows of one layer: [`Nodes`].
+#[derive(Clone, Default)]
 struct NodesOf {
     values: Vec<f32>,
     crossings: Vec<[f32; 2]>,
     crossed: Vec<usize>,
 }
 
-/// The `rows` rows of nodes from row `first` on, `width` across.
+impl NodesOf {
+    /// Makes room for so many, and forgets what was known of those before; only what was crossed has to be cleared.
+    fn begin(&mut self, count: usize) {
+        self.crossed.drain(..).for_each(|n| self.crossings[n] = [NO_CROSSING; 2]);
+        self.crossings.resize(count, [NO_CROSSING; 2]);
+        self.values.resize(count, f32::NAN);
+    }
+}
+
+/// Rows of nodes from row `first` on, `width` across.
 #[inline(always)]
-fn nodes<S: Simd>(simd: S, frame: &Frame, layer: &FrameLayer, sought: Option<Sought>, width: u32, [first, rows]: [u32; 2]) -> NodesOf {
-    let count = width as usize * rows as usize;
-    let mut nodes = NodesOf { values: vec![f32::NAN; count], crossings: vec![[NO_CROSSING; 2]; count], crossed: vec![] };
+fn gather<S: Simd>(simd: S, frame: &Frame, layer: &FrameLayer, sought: Option<Sought>, width: u32, first: u32, nodes: &mut NodesOf) {
     if layer.placement.surface.grid.is_flat() {
-        return nodes;
+        nodes.values.fill(f32::NAN);
+        return;
     }
     let plane = Plane::of(frame, layer);
     let contour = layer.appearance.contour;
@@ -55,15 +63,14 @@ fn nodes<S: Simd>(simd: S, frame: &Frame, layer: &FrameLayer, sought: Option<Sou
         for (n, values) in values.chunks_mut(LANES).enumerate() {
             let (is, found) = plane.values(simd, &Pixels::in_row(simd, n * LANES, row, values.len()));
             sides.put(n, is.to_bitmask(), (found - contour).simd_ge(0.0).to_bitmask());
-            numbers(is).for_each(|lane| values[lane] = found[lane]);
+            values.copy_from_slice(&is.select(found, Floats::splat(simd, f32::NAN)).to_array()[..values.len()]);
         }
         sides.end_row();
     }
-    plane.cross(simd, width as usize, first, &sides.ways, &mut nodes);
+    plane.cross(simd, width as usize, first, &sides.ways, nodes);
     if let Some(sought) = sought {
         plane.project(simd, sought, width, first, &mut nodes.values);
     }
-    nodes
 }
 
 /// Finds neighbours on two sides of the contour: by a bit for each node, sixteen at a time.

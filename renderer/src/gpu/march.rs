@@ -143,16 +143,22 @@ impl GpuRenderer {
                 values[layer][node] = of.shown([value, depth]);
             })?;
         }
-        Ok(slice::draw(frame, scene, [width, height], |first, rows, paint| {
-            let band = first * across as usize..(first + rows) * across as usize;
-            let layers = values.iter().zip(&crossings);
-            let layers: Vec<_> = layers.map(|(values, crossings)| (&values[band.clone()], &crossings[band.clone()])).collect();
-            let is_crossed = |crossings: &[f32; 2]| crossings.iter().any(|share| *share >= 0.0);
-            let crossed = layers.iter().map(|(_, crossings)| (0..crossings.len()).filter(|&n| is_crossed(&crossings[n])).collect());
-            let crossed: Vec<Vec<usize>> = crossed.collect();
-            let layers = layers.into_iter().zip(&crossed).map(|((values, crossings), crossed)| Nodes { values, crossings, crossed });
-            paint(&NodeBand { width: across as usize, layers: layers.collect() });
-        }))
+        Ok(slice::draw(
+            frame,
+            scene,
+            [width, height],
+            || (),
+            |(), first, rows, paint| {
+                let band = first * across as usize..(first + rows) * across as usize;
+                let layers = values.iter().zip(&crossings);
+                let layers: Vec<_> = layers.map(|(values, crossings)| (&values[band.clone()], &crossings[band.clone()])).collect();
+                let is_crossed = |crossings: &[f32; 2]| crossings.iter().any(|share| *share >= 0.0);
+                let crossed = layers.iter().map(|(_, crossings)| (0..crossings.len()).filter(|&n| is_crossed(&crossings[n])).collect());
+                let crossed: Vec<Vec<usize>> = crossed.collect();
+                let layers = layers.into_iter().zip(&crossed).map(|((values, crossings), crossed)| Nodes { values, crossings, crossed });
+                paint(&NodeBand { width: across as usize, layers: layers.collect() });
+            },
+        ))
     }
 
     /// Compiles the pass through volumes that are read so, if it is not yet; its number.

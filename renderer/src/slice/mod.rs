@@ -14,7 +14,7 @@ use crate::cpu::face_color;
 use crate::frame::{Frame, FrameLayer};
 use crate::modes::RayValue;
 use crate::named;
-use crate::scene::{CutFace, Picture, Scene, Window};
+use crate::scene::{CutFace, Picture, Scene, Window, filled};
 use crate::skip::BLOCK;
 use bregma_field::Surface;
 use glam::Vec3;
@@ -112,27 +112,29 @@ pub(crate) struct NodeBand<'a> {
     pub layers: Vec<Nodes<'a>>,
 }
 
-/// Draws a slice band by band; `gather` gives a band of nodes from row `first` of them on to whom it is told.
-pub(crate) fn draw(
+/// Draws a slice band by band; `gather` gives a band of nodes from row `first` of them on to whom it is told, and may work in what `begin` makes for
+/// each thread.
+pub(crate) fn draw<W>(
     frame: &Frame,
     scene: &Scene,
     [width, height]: [u32; 2],
-    gather: impl Fn(usize, usize, &mut dyn FnMut(&NodeBand<'_>)) + Sync,
+    begin: impl Fn() -> W + Send + Sync,
+    gather: impl Fn(&mut W, usize, usize, &mut dyn FnMut(&NodeBand<'_>)) + Send + Sync,
 ) -> Picture {
     let per_pixel = frame.nodes_per_pixel;
     let mut picture = Picture::of(scene.background_bytes(), width, height);
-    picture.values = vec![f32::NAN; picture.rgba.len()];
+    picture.values = filled(f32::NAN, picture.rgba.len());
     let band = BLOCK as usize * width as usize;
     let nodes_down = (height * per_pixel) as usize;
     let pixels = picture.rgba.par_chunks_mut(band).zip(picture.depth_mm.par_chunks_mut(band));
     let pixels = pixels.zip(picture.volume_id.par_chunks_mut(band)).zip(picture.values.par_chunks_mut(band));
     let segments: Vec<Vec<Vec<[f32; 4]>>> = pixels
         .enumerate()
-        .map(|(row, (((rgba, depth_mm), volume_id), values))| {
+        .map_init(begin, |work, (row, (((rgba, depth_mm), volume_id), values))| {
             let first = row * (BLOCK * per_pixel) as usize;
             let rows = (first + (BLOCK * per_pixel) as usize + 1).min(nodes_down) - first;
             let mut segments = vec![];
-            gather(first, rows, &mut |nodes| {
+            gather(work, first, rows, &mut |nodes| {
                 let mut pixels = Pixels { rgba: &mut *rgba, depth_mm: &mut *depth_mm, volume_id: &mut *volume_id, values: &mut *values };
                 paint(frame, scene, per_pixel as usize, nodes, &mut pixels, width as usize);
                 segments = contour::segments(frame, nodes, first, rows, per_pixel);
