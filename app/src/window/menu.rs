@@ -164,7 +164,8 @@ fn help(ui: &mut Ui) {
 
 /// The command whose keys were pressed, unless the person is typing.
 pub fn pressed<'a, P>(ctx: &Context, commands: &[&'a Command<P>], panels: &P, bench: &Bench) -> Option<&'a Command<P>> {
-    if ctx.text_edit_focused() {
+    // While a file is asked for all keys are of its path, also those that come in the frame in which it is taken.
+    if ctx.text_edit_focused() || !bench.can_ask() {
         return None;
     }
     let keys = |command: &&'a Command<P>| {
