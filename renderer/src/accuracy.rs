@@ -2,7 +2,8 @@
 //!
 //! The truth about a view is worked out once and judges any number of pictures of it.
 
-use crate::scene::{Picture, Scene};
+use crate::picture::Picture;
+use crate::scene::Scene;
 use bregma_field::{Cancelled, GridError, Progress, Ray, Surface, Volume, WorldPoint, crossings, interpolant};
 use glam::DVec3;
 use rayon::prelude::*;

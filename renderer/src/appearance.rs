@@ -1,7 +1,8 @@
 //! What a layer of a picture looks like.
 
+use crate::color::Color;
 use crate::modes::Gather;
-use crate::scene::{Color, CutFace, Integrator, Layer, Scene, Shell, Window};
+use crate::scene::{CutFace, Integrator, Layer, Scene, Shell, Window};
 use crate::transfer::{TransferFunction, classify};
 use bregma_field::{Surface, Unit, Volume};
 use glam::{Vec3, Vec4};

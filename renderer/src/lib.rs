@@ -6,6 +6,7 @@
 pub mod accuracy;
 mod appearance;
 mod camera;
+mod color;
 mod cpu;
 mod frame;
 #[cfg(feature = "gpu")]
@@ -13,6 +14,7 @@ mod gpu;
 mod lanes;
 mod modes;
 mod named;
+mod picture;
 mod roots;
 mod scene;
 mod skip;
@@ -23,17 +25,16 @@ mod transfer;
 
 pub use bregma_field::{Bounds, Clip, Ray, Region, Shape, Surface};
 pub use camera::{Basis, Camera, FOV_DEG, PixelAffine, PixelRays, Projection};
+pub use color::Color;
 pub use cpu::CpuRenderer;
 pub use fearless_simd::Level as InstructionSet;
 #[cfg(feature = "gpu")]
 pub use gpu::{GpuError, GpuRenderer};
 pub use modes::{Gather, Mode, RayValue, Setting};
 pub use named::Named;
+pub use picture::{MOST_VOLUMES, Picture};
 pub use roots::{PerVoxel, Solver, Steps};
-pub use scene::{
-    BACKGROUND, Color, CutFace, Integrator, Layer, Light, MOST_VOLUMES, Normals, PER_VOXEL, Picture, Reconstruction, Scene, SceneError,
-    Shell, Window,
-};
+pub use scene::{BACKGROUND, CutFace, Integrator, Layer, Light, Normals, PER_VOXEL, Reconstruction, Scene, SceneError, Shell, Window};
 pub use skip::DistanceMap;
 pub use slice::{BodyPlane, Contour, Slab, Slice, WIDEST_CONTOUR_PX, view_of_plane};
 pub use transfer::{Control, GradientPoint, Point, TransferFunction, Values, classify};

@@ -1,14 +1,14 @@
 //! What is drawn and how: one plain value that the window, the command line, sessions and tests share.
 
 use crate::camera::{Camera, Projection};
+use crate::color::Color;
 use crate::modes::{Gather, Mode, Setting};
 use crate::named;
 use crate::roots::{Method, Solver};
-use crate::slice::{Contour, Slice, WIDEST_CONTOUR_PX};
+use crate::slice::{Slice, WIDEST_CONTOUR_PX};
 use crate::transfer::{Control, TransferFunction, lowest_visible};
 use bregma_field::{Bounds, Clip, Covariance, GridError, Measured, Surface, Unit, Volume};
 use glam::{DAffine3, DVec3, Vec3};
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use thiserror::Error;
@@ -105,69 +105,6 @@ impl Window {
     pub fn brightness(self, value: f64) -> f64 {
         // A window without width is a threshold.
         if self.width > 0.0 { ((value - self.level) / self.width + 0.5).clamp(0.0, 1.0) } else { f64::from(u8::from(value >= self.level)) }
-    }
-}
-
-/// An sRGB colour, 0 to 1.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Color(pub [f32; 3]);
-
-impl Color {
-    /// From `RRGGBB`, with or without `#`.
-    pub fn from_hex(text: &str) -> Option<Self> {
-        let digits = text.strip_prefix('#').unwrap_or(text);
-        let number = u32::from_str_radix(digits, 16).ok().filter(|_| digits.len() == 6)?;
-        Some(Self([16, 8, 0].map(|shift| (number >> shift & 255) as f32 / 255.0)))
-    }
-
-    /// As `rrggbb`.
-    pub fn hex(self) -> String {
-        self.bytes().map(|byte| format!("{byte:02x}")).concat()
-    }
-
-    /// Red, green and blue from 0 to 255.
-    pub fn bytes(self) -> [u8; 3] {
-        self.0.map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8)
-    }
-
-    /// The colour of light (linear RGB).
-    pub fn of_light(light: Vec3) -> Self {
-        let encoded = |c: f32| if c <= srgb::LINEAR_LIGHT { srgb::SLOPE * c } else { srgb::SCALE * c.powf(srgb::ROOT) - srgb::OFFSET };
-        Self(light.to_array().map(|c| encoded(c.clamp(0.0, 1.0))))
-    }
-
-    /// As light (linear RGB).
-    pub fn linear(self) -> Vec3 {
-        Vec3::from(self.0.map(|c| if c <= srgb::LINEAR { c / srgb::SLOPE } else { ((c + srgb::OFFSET) / srgb::SCALE).powf(srgb::POWER) }))
-    }
-}
-
-/// The numbers of sRGB's curve (IEC 61966-2-1): straight up to a limit, and a power behind it.
-pub(crate) mod srgb {
-    /// Where the straight part ends, as it is encoded and as light.
-    pub const LINEAR: f32 = 0.040_45;
-    pub const LINEAR_LIGHT: f32 = 0.003_130_8;
-    /// How steep that is.
-    pub const SLOPE: f32 = 12.92;
-    /// Of the power: c = ((e + OFFSET) / SCALE) ^ POWER.
-    pub const SCALE: f32 = 1.055;
-    pub const OFFSET: f32 = 0.055;
-    pub const POWER: f32 = 2.4;
-    pub const ROOT: f32 = 1.0 / 2.4;
-}
-
-/// Colours as `rrggbb` in files.
-pub(crate) mod hex {
-    use super::Color;
-    use serde::{Deserialize, Deserializer, Serializer, de::Error};
-
-    pub fn serialize<S: Serializer>(color: &Color, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(&color.hex())
-    }
-
-    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Color, D::Error> {
-        let text = String::deserialize(deserializer)?;
-        Color::from_hex(&text).ok_or_else(|| D::Error::custom(format!("no colour RRGGBB: {text}")))
     }
 }
 
@@ -545,43 +482,6 @@ impl Scene {
         let l = self.light.toward.as_dvec3();
         (l.x * basis.right + l.y * basis.up - l.z * basis.forward).try_normalize().unwrap_or(-basis.forward)
     }
-}
-
-impl Picture {
-    /// Of nothing but `background` (sRGB with straight alpha).
-    pub(crate) fn of(background: [u8; 4], width: u32, height: u32) -> Self {
-        let count = width as usize * height as usize;
-        let (rgba, depth_mm) = (filled(background, count), filled(f32::NAN, count));
-        Self { width, height, rgba, depth_mm, volume_id: vec![0; count], values: vec![], contours: vec![] }
-    }
-}
-
-/// As many of the same, by all cores: memory that is new takes as long to come as a picture to be drawn.
-pub(crate) fn filled<T: Copy + Send>(value: T, count: usize) -> Vec<T> {
-    rayon::iter::repeat_n(value, count).collect()
-}
-
-/// Pictures number volumes by a byte, 0 standing for none.
-pub const MOST_VOLUMES: usize = 255;
-
-/// A picture in memory, rows from the top.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Picture {
-    /// Pixels across.
-    pub width: u32,
-    /// Pixels down.
-    pub height: u32,
-    /// sRGB with straight alpha.
-    pub rgba: Vec<[u8; 4]>,
-    /// Distance along the unit pixel ray to the first surface drawn, mm; NaN where none.
-    pub depth_mm: Vec<f32>,
-    /// 1-based layer of that surface; 0 where none.
-    pub volume_id: Vec<u8>,
-    /// What [`Mode::Max`], [`Mode::Mean`] or [`Mode::Xray`] computes, of the volumes together, or [`Mode::Slice`] of the first; NaN where a ray
-    /// meets none. Empty in other modes.
-    pub values: Vec<f32>,
-    /// The contours of [`Mode::Slice`], of each layer that is drawn; none in other modes.
-    pub contours: Vec<Contour>,
 }
 
 #[cfg(test)]

@@ -1,8 +1,10 @@
 //! From the numbers of a projection to a picture: the same for both renderers.
 
+use crate::color::Color;
 use crate::frame::{Frame, FrameLayer};
 use crate::modes::RayValue;
-use crate::scene::{Color, Picture, Scene, Window};
+use crate::picture::Picture;
+use crate::scene::{Scene, Window};
 use rayon::prelude::*;
 
 /// What a pixel's ray has gathered of one layer, relative to its level and in sample units: the largest value or the integral over depth, and

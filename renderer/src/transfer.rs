@@ -4,7 +4,7 @@ use bregma_field::Volume;
 use glam::{Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
-use crate::scene::Color;
+use crate::color::Color;
 
 /// What the values of a transfer function's points are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -23,7 +23,7 @@ pub struct Point {
     /// In the function's [`Values`].
     pub value: f64,
     /// Its colour.
-    #[serde(with = "crate::scene::hex")]
+    #[serde(with = "crate::color::hex")]
     pub color: Color,
     /// What of the light a layer keeps that is [`TransferFunction::over_mm`] thick: 0 to 1.
     pub opacity: f64,

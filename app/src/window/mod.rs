@@ -251,7 +251,7 @@ impl Workstation {
         bench.view.let_go(ui.ctx(), &bench.work);
         let (picture, planes) = slice_views::divide(bench.work.opened.slices.layout, ui.available_rect_before_wrap());
         for (plane, rect) in planes {
-            let shown = bench.slices.show(ui, plane, rect, &mut bench.work, &mut bench.view, &bench.found);
+            let shown = bench.slices.of(plane).show(ui, plane, rect, &mut bench.work, &mut bench.view, &bench.found);
             match shown {
                 Ok(under_mm) => bench.under_mm = bench.under_mm.or(under_mm),
                 Err(text) => bench.messages.note(text),

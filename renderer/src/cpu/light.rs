@@ -2,9 +2,10 @@
 //!
 //! The twin of `shaders/light.wgsl`.
 
+use crate::color::Color;
 use crate::frame::Frame;
 use crate::lanes::{Floats, LANES, Mask, Vecs, axes, dot, numbers};
-use crate::scene::{Color, CutFace, Light};
+use crate::scene::{CutFace, Light};
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 use glam::{Vec3, Vec4};

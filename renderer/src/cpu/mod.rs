@@ -35,8 +35,9 @@ mod walk;
 use crate::frame::Frame;
 use crate::lanes::{Doubles, Floats, axes, numbers};
 use crate::modes::Gather;
+use crate::picture::Picture;
 use crate::roots::{Method, Solver};
-use crate::scene::{Integrator, Picture, Scene};
+use crate::scene::{Integrator, Scene};
 use crate::skip::{BLOCK, MapCache};
 use crate::tone::colored;
 use crate::{Backend, InstructionSet, RenderError, Renderer, Split};
@@ -308,11 +309,14 @@ fn draw_band<S: Simd>(simd: S, frame: &Frame, scene: &Scene, band: Band<'_>) {
             continue;
         }
         let view = View::of(simd, frame, scene, &pixels);
-        let second = nearest(simd, &hits, first.id);
-        let normal = if frame.overlays { draw_agreed(simd, &view, &mut first, &second) } else { first.normal };
+        let second = if frame.overlays { Some(nearest(simd, &hits, first.id)) } else { None };
+        let normal = match &second {
+            Some(second) => draw_agreed(simd, &view, &mut first, second),
+            None => first.normal,
+        };
         let mut color = light(simd, &view, &first, &normal);
         paint_faces(simd, frame, scene, &hits, &first, &mut color);
-        if frame.overlays {
+        if let Some(second) = second {
             let mut behind = light(simd, &view, &second, &second.normal);
             paint_faces(simd, frame, scene, &hits, &second, &mut behind);
             let opacity = second.found.select(first.opacity, Floats::splat(simd, 1.0));

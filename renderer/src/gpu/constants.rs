@@ -3,9 +3,10 @@
 use super::blocks::BLOCK_PIXELS;
 use super::layout::{MASKS_ACROSS, UNFINISHED};
 use crate::appearance::FACE_COLORS;
+use crate::color::srgb;
 use crate::cpu::{brick, dvr, dvr_exact, dvr_steps, faces, gauss, let_through, light, project, segments, slice as plane};
 use crate::roots::{analytic, cubic, spline};
-use crate::scene::{CutFace, srgb};
+use crate::scene::CutFace;
 use crate::skip::WORDS;
 use crate::slice;
 use crate::stability::DECIDED_VOXEL;

@@ -9,8 +9,9 @@ use super::shader::{Reads, link};
 use super::{GpuRenderer, Parts, bindings};
 use crate::cpu::{dvr_exact, dvr_steps, transparent};
 use crate::frame::Frame;
+use crate::picture::Picture;
 use crate::roots::{Method, Solver};
-use crate::scene::{Integrator, Picture, Scene};
+use crate::scene::{Integrator, Scene};
 use crate::slice::{self, NO_CROSSING, NodeBand, Nodes};
 use wgpu::{BindGroupEntry, BindingType, BufferUsages, SamplerBindingType};
 

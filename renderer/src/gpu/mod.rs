@@ -24,8 +24,9 @@ use shader::{Reads, link};
 
 use crate::frame::Frame;
 use crate::modes::{Gather, RayValue};
+use crate::picture::Picture;
 use crate::roots::{Method, Solver, Steps};
-use crate::scene::{Picture, Scene};
+use crate::scene::Scene;
 use crate::skip::{CellMasks, DistanceMap, MapCache};
 use crate::tone::colored;
 use crate::{Backend, InstructionSet, RenderError, Renderer, Split};

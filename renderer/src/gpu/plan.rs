@@ -6,8 +6,9 @@ use super::layout::{Block, Pair, Part, PixelAffinePairs, ShadeLayer, ShadeParams
 use super::shader::{Component, Reads};
 use super::{BATCH, GpuError, GpuRenderer, upload};
 use crate::frame::{Frame, FrameLayer};
+use crate::picture::MOST_VOLUMES;
 use crate::roots::{Method, Solver};
-use crate::scene::{AGREED, Integrator, MOST_VOLUMES, Normals, Scene};
+use crate::scene::{AGREED, Integrator, Normals, Scene};
 use crate::skip::BLOCK;
 use bregma_field::clip::Half;
 use std::ops::Range;

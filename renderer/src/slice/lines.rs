@@ -1,7 +1,9 @@
 //! Contours as lines of a width over a picture.
 
+use crate::color::Color;
 use crate::frame::Frame;
-use crate::scene::{Color, Picture, Scene};
+use crate::picture::Picture;
+use crate::scene::Scene;
 use crate::skip::BLOCK;
 use glam::Vec2;
 use rayon::prelude::*;

@@ -129,7 +129,8 @@ impl Judge {
 mod tests {
     use super::super::segments::FAMILIES;
     use super::*;
-    use crate::scene::{Picture, Scene};
+    use crate::picture::Picture;
+    use crate::scene::Scene;
     use crate::{Backend, Renderer, Split};
     use bregma_field::Volume;
     use std::sync::Arc;

@@ -69,8 +69,9 @@ pub struct SliceViews {
     views: [SliceView; 3],
 }
 
+/// One of them.
 #[derive(Default)]
-struct SliceView {
+pub struct SliceView {
     /// Starts with the first look at the slice.
     painter: Option<Painter>,
     texture: Option<TextureHandle>,
@@ -111,17 +112,9 @@ impl SliceViews {
         Some((&view.painted.as_ref()?.picture, view.rect?))
     }
 
-    /// Shows a slice and lets the mouse work on it. Gives the point under the mouse; `Err` is a sentence for the person.
-    pub fn show(
-        &mut self,
-        ui: &mut Ui,
-        plane: BodyPlane,
-        rect: Rect,
-        work: &mut Work,
-        picture: &mut View,
-        found: &[Found],
-    ) -> Result<Option<DVec3>, String> {
-        self.views[plane as usize].show(ui, plane, rect, work, picture, found)
+    /// The view onto a plane.
+    pub fn of(&mut self, plane: BodyPlane) -> &mut SliceView {
+        &mut self.views[plane as usize]
     }
 }
 
@@ -151,7 +144,8 @@ impl SliceView {
         }
     }
 
-    fn show(
+    /// Shows the slice and lets the mouse work on it. Gives the point under the mouse; `Err` is a sentence for the person.
+    pub fn show(
         &mut self,
         ui: &mut Ui,
         plane: BodyPlane,
@@ -174,10 +168,11 @@ impl SliceView {
         let aspect = f64::from(rect.width() / rect.height().max(1.0));
         let camera = work.opened.slices.camera(plane, &grids, aspect);
         let before = (work.opened.slices, work.opened.scene.clips.clone());
-        let hand = Hand { plane, screen: Screen { camera: &camera, rect, size } };
+        let step_mm = work.opened.slices.step_mm(plane, &grids);
+        let hand = Hand { plane, screen: Screen { camera: &camera, rect, size }, step_mm };
         let told = hand.click(&response, self.closes_popup, work, picture);
         hand.drag(ui, &response, &mut self.grip, work, picture.hand.as_ref());
-        hand.wheel(ui, &response, &mut self.scrolled, work, work.opened.slices.step_mm(plane, &grids));
+        hand.wheel(ui, &response, &mut self.scrolled, work);
         if before != (work.opened.slices, work.opened.scene.clips.clone()) {
             self.moved_at = ui.ctx().time();
         }
@@ -188,7 +183,7 @@ impl SliceView {
             let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
             ui.painter_at(rect).image(texture.id(), rect, whole, Color32::WHITE);
         }
-        let hand = Hand { plane, screen: Screen { camera: &camera, rect, size } };
+        let hand = Hand { plane, screen: Screen { camera: &camera, rect, size }, step_mm };
         hand.marks(ui, work, found);
         let under = response.hover_pos().map(|at| hand.point(at));
         told.map(|()| under)
@@ -214,6 +209,8 @@ impl SliceView {
 struct Hand<'a> {
     plane: BodyPlane,
     screen: Screen<'a>,
+    /// From sample to sample through the plane.
+    step_mm: f64,
 }
 
 impl Hand<'_> {
@@ -337,7 +334,7 @@ impl Hand<'_> {
     }
 
     /// From slice to slice by the wheel and the keys; nearer and farther with Ctrl or by two fingers.
-    fn wheel(&self, ui: &Ui, response: &Response, scrolled: &mut f32, work: &mut Work, step_mm: f64) {
+    fn wheel(&self, ui: &Ui, response: &Response, scrolled: &mut f32, work: &mut Work) {
         let Some(at) = response.hover_pos() else { return };
         let slices = &mut work.opened.slices;
         let (wheel, pinch, shift) = ui.input(|i| (i.smooth_scroll_delta(), i.zoom_delta(), i.modifiers.shift));
@@ -355,14 +352,14 @@ impl Hand<'_> {
         let [forward, _] = slices.axes(self.plane);
         let upward = if self.plane == BodyPlane::Axial { forward } else { -forward };
         let steps = f64::from(notches + keys) * if shift { 10.0 } else { 1.0 };
-        slices.at_mm += steps * step_mm * upward;
+        slices.at_mm += steps * self.step_mm * upward;
     }
 
     /// A point lies in the slice, or in the voxels beside it.
     fn is_near(&self, work: &Work, point_mm: DVec3) -> bool {
         let slices = &work.opened.slices;
         let away_mm = (point_mm - slices.at_mm).dot(self.screen.camera.basis().forward).abs();
-        away_mm <= (slices.look.thickness_mm / 2.0).max(slices.step_mm(self.plane, &work.opened.grids()))
+        away_mm <= (slices.look.thickness_mm / 2.0).max(self.step_mm)
     }
 
     /// What is drawn over a slice.
