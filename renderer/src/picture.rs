@@ -33,9 +33,9 @@ pub struct Picture {
     pub depth_mm: Vec<f32>,
     /// 1-based layer of that surface; 0 where none.
     pub volume_id: Vec<u8>,
-    /// What [`Mode::Max`], [`Mode::Mean`] or [`Mode::Xray`] computes, of the volumes together, or [`Mode::Slice`] of the first; NaN where a ray
+    /// What [`Mode::Max`](crate::Mode::Max), [`Mode::Mean`](crate::Mode::Mean) or [`Mode::Xray`](crate::Mode::Xray) computes, of the volumes together, or [`Mode::Slice`](crate::Mode::Slice) of the first; NaN where a ray
     /// meets none. Empty in other modes.
     pub values: Vec<f32>,
-    /// The contours of [`Mode::Slice`], of each layer that is drawn; none in other modes.
+    /// The contours of [`Mode::Slice`](crate::Mode::Slice), of each layer that is drawn; none in other modes.
     pub contours: Vec<Contour>,
 }
