@@ -27,7 +27,7 @@ var<private> at_point: Sum;
 
 fn begin_integral() {
     let depth = shading.step_mm / ray.mm_per_depth;
-    steps = Steps(depth, select(0.5, noise_at(ray.pixel), shading.jitter == 1u) * depth, 0.0);
+    steps = Steps(depth, select(0.5, fract(noise_at(ray.pixel) + shading.jitter), shading.jitter >= 0.0) * depth, 0.0);
 }
 
 // A number from 0 to 1 that looks like chance, for each pixel the same in every frame (O'Neill 2014, PCG).

@@ -26,9 +26,10 @@ struct ShadeParams {
     cue_per_mm: f32,
     // Linear and premultiplied.
     background: vec4<f32>,
-    // Length of a step of direct volume rendering, and whether the first one begins anywhere.
+    // Length of a step of direct volume rendering, and what is added to a pixel's own part of its first step, turned round at 1; −1 where first
+    // steps begin in their middle.
     step_mm: f32,
-    jitter: u32,
+    jitter: f32,
     // What cuts show: the bone's section, values as grey, all volumes' values added, or the first's less the second's.
     cut_face: u32,
     // So deep behind a cut its own normal shades.

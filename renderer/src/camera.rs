@@ -75,7 +75,42 @@ pub struct PixelRays {
     pub direction: PixelAffine,
 }
 
+/// A picture's pixels, and which point of each is looked through.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Raster {
+    /// Pixels across and down.
+    pub size: [u32; 2],
+    /// From a pixel's middle to the right and down, in pixels.
+    pub point_px: [f64; 2],
+}
+
+impl Raster {
+    /// Through the middles.
+    pub fn new(size: [u32; 2]) -> Self {
+        Self { size, point_px: [0.0; 2] }
+    }
+}
+
+/// Point number `sample` of a pixel, from its middle to the right and down, in pixels, −½ to ½. Number 0 is the middle, and the first of them,
+/// however many, lie evenly: of any 2ⁿ that begin at a multiple of it, one is in each of 2ⁿ equal boxes of any shape ((0,2)-sequence of Sobol' 1967, as
+/// Kollig and Keller 2002 compute it, moved by half a pixel).
+pub fn point_in_pixel(sample: u32) -> [f64; 2] {
+    let (mut second, mut column, mut rest) = (0_u32, 1_u32 << 31, sample);
+    while rest > 0 {
+        second ^= if rest & 1 == 1 { column } else { 0 };
+        (column, rest) = (column ^ column >> 1, rest >> 1);
+    }
+    // As signed numbers, the upper half lies before the middle.
+    [sample.reverse_bits(), second].map(|bits| f64::from(bits.cast_signed()) / 4_294_967_296.0)
+}
+
 impl PixelRays {
+    /// The same rays through another point of each pixel.
+    pub(crate) fn through(&self, [x, y]: [f64; 2]) -> Self {
+        let moved = |a: PixelAffine| PixelAffine { base: a.base + x * a.per_x + y * a.per_y, ..a };
+        Self { origin: moved(self.origin), direction: moved(self.direction) }
+    }
+
     /// The same rays with s = 0 moved to depth `s_mm`, so that positions near there lose no digits to cancellation.
     pub fn rebased(&self, s_mm: f64) -> Self {
         let (o, d) = (self.origin, self.direction);

@@ -2,7 +2,7 @@
 
 use crate::RenderError;
 use crate::appearance::Appearance;
-use crate::camera::PixelRays;
+use crate::camera::{PixelRays, Raster, point_in_pixel};
 use crate::modes::{Gather, Setting};
 use crate::roots::Method;
 use crate::scene::{Integrator, Scene, Window};
@@ -98,6 +98,8 @@ pub(crate) struct Frame {
     pub cue_per_mm: f32,
     /// Length of a step of direct volume rendering.
     pub step_mm: f32,
+    /// What is added to a pixel's own part of its first step, turned round at 1; −1 where first steps begin in their middle.
+    pub jitter: f32,
     /// So deep behind a cut its own normal shades: the finest spacing.
     pub skin_mm: f32,
 }
@@ -148,7 +150,14 @@ impl Reach {
 }
 
 impl Frame {
-    pub fn new(maps: &mut MapCache, volumes: &[Arc<Volume>], scene: &Scene, width: u32, height: u32) -> Result<Self, RenderError> {
+    /// Of a picture of `width`×`height` pixels through point number `sample` of each.
+    pub fn new(
+        maps: &mut MapCache,
+        volumes: &[Arc<Volume>],
+        scene: &Scene,
+        [width, height]: [u32; 2],
+        sample: u32,
+    ) -> Result<Self, RenderError> {
         if width == 0 || height == 0 {
             return Err(RenderError::NoPixels { width, height });
         }
@@ -162,23 +171,26 @@ impl Frame {
         let surfaces = if scene.draws_spline() { splines(maps, surfaces)? } else { surfaces };
         maps.keep_only(&surfaces, if scene.draws_spline() { volumes } else { &[] });
         let nodes = if scene.is_slice() { nodes_per_pixel(scene, &surfaces, [width, height]) } else { 1 };
-        let [width, height] = [width, height].map(|n| n * nodes);
-        let base = Self::without_layers(scene, &reach, [width, height]);
+        // A slice has the values at its nodes.
+        let point_px = if scene.is_slice() { [0.0; 2] } else { point_in_pixel(sample) };
+        let raster = Raster { size: [width, height].map(|n| n * nodes), point_px };
+        let base = Self::without_layers(scene, &reach, raster, sample);
         let shadow_start_mm = base.shadow_start_mm.max(SHADOW_START_AGREEMENTS * agreement_mm);
         let mut frame = Self { nodes_per_pixel: nodes, agreement_mm: agreement_mm as f32, shadow_start_mm, ..base };
         let depths = [reach.base_mm, reach.depth_mm + reach.margin_mm];
         let layer = |(index, surface): (usize, Surface)| {
             let appearance = Appearance::of(scene, index, &surface, &volumes[index], frame.step_mm, window);
             let sees_everywhere = frame.has_solver && appearance.shows_faces || scene.is_slice();
-            let skip = Skip::of(maps, scene, &surface, sees_everywhere, depths, [width, height]);
+            let skip = Skip::of(maps, scene, &surface, sees_everywhere, depths, raster);
             FrameLayer { placement: Placement::of(index, surface, &frame.based_rays, scene.toward_light()), skip, appearance }
         };
         frame.layers = surfaces.into_iter().map(layer).collect();
         Ok(frame)
     }
 
-    fn without_layers(scene: &Scene, reach: &Reach, [width, height]: [u32; 2]) -> Self {
-        let world_rays = scene.viewed_from().pixel_rays(width, height);
+    fn without_layers(scene: &Scene, reach: &Reach, raster: Raster, sample: u32) -> Self {
+        let [width, height] = raster.size;
+        let world_rays = scene.viewed_from().pixel_rays(width, height).through(raster.point_px);
         let depth_mm = reach.depth_mm;
         let cue_per_mm = if depth_mm > 0.0 { f64::from(scene.depth_cue.clamp(0.0, 1.0)) / depth_mm } else { 0.0 };
         Self {
@@ -197,6 +209,7 @@ impl Frame {
             only_nearest: scene.mode.gather() == Gather::Nearest,
             cue_per_mm: cue_per_mm as f32,
             step_mm: reach.step_mm(scene) as f32,
+            jitter: jitter(scene.integrator, sample),
             skin_mm: reach.finest_mm.map_or(0.0, |mm| mm as f32),
         }
     }
@@ -205,6 +218,15 @@ impl Frame {
     #[cfg(feature = "gpu")]
     pub fn depth_mm(&self, x: u32, y: u32, s: f32) -> f32 {
         ((self.base_mm + f64::from(s)) * self.world_rays.direction.at(x, y).length()) as f32
+    }
+}
+
+/// [`Frame::jitter`]: the golden ratio's multiples lie evenly, however many there are.
+fn jitter(integrator: Integrator, sample: u32) -> f32 {
+    const GOLDEN: f64 = 0.618_033_988_749_895;
+    match integrator {
+        Integrator::Steps { jitter: true, .. } => (f64::from(sample) * GOLDEN).fract() as f32,
+        Integrator::Steps { jitter: false, .. } | Integrator::Exact => -1.0,
     }
 }
 
@@ -246,7 +268,7 @@ mod tests {
             scene.camera = Camera { eye_mm: vector(400.0), target_mm: vector(50.0), ..Camera::orbit(&bounds, 0.0, 0.0) };
             scene.layers[1].transform = DAffine3::from_axis_angle(vector(1.0).normalize(), 0.3);
             scene.mode = Mode::ALL[seed as usize % Mode::ALL.len()];
-            let frame = Frame::new(&mut maps, &volumes, &scene, 24, 16).unwrap();
+            let frame = Frame::new(&mut maps, &volumes, &scene, [24, 16], seed as u32 % 3).unwrap();
             check(&mut r, &volumes, &scene, &frame);
         }
     }
@@ -304,7 +326,7 @@ mod tests {
         let volumes = [Arc::new(skull(Which::A, 10, &Progress::default()).unwrap())];
         let (mut maps, mut scene) = (MapCache::new(crate::InstructionSet::new()), Scene::of(&volumes));
         let mut draw = |scene: &Scene| {
-            let frame = Frame::new(&mut maps, &volumes, scene, 8, 8).unwrap();
+            let frame = Frame::new(&mut maps, &volumes, scene, [8, 8], 0).unwrap();
             Arc::clone(&frame.layers[0].skip.map)
         };
         let first = draw(&scene);

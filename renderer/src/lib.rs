@@ -20,11 +20,12 @@ mod scene;
 mod skip;
 mod slice;
 pub mod stability;
+mod still;
 mod tone;
 mod transfer;
 
 pub use bregma_field::{Bounds, Clip, Ray, Region, Shape, Surface};
-pub use camera::{Basis, Camera, FOV_DEG, PixelAffine, PixelRays, Projection};
+pub use camera::{Basis, Camera, FOV_DEG, PixelAffine, PixelRays, Projection, point_in_pixel};
 pub use color::Color;
 pub use cpu::CpuRenderer;
 pub use fearless_simd::Level as InstructionSet;
@@ -37,6 +38,7 @@ pub use roots::{PerVoxel, Solver, Steps};
 pub use scene::{BACKGROUND, CutFace, Integrator, Layer, Light, Normals, PER_VOXEL, Reconstruction, Scene, SceneError, Shell, Window};
 pub use skip::DistanceMap;
 pub use slice::{BodyPlane, Contour, Slab, Slice, WIDEST_CONTOUR_PX, view_of_plane};
+pub use still::{MOST_SAMPLES, Still};
 pub use transfer::{Control, GradientPoint, Point, TransferFunction, Values, classify};
 
 use bregma_field::{GridError, Volume};
@@ -95,8 +97,22 @@ pub trait Renderer: Send {
     /// Whether it can draw by `solver`.
     fn has(&self, solver: Solver) -> bool;
 
-    /// The picture of `scene` (one layer for each of `volumes`, in order) with `width`×`height` pixels.
-    fn render(&mut self, volumes: &[Arc<Volume>], scene: &Scene, width: u32, height: u32) -> Result<Picture, RenderError>;
+    /// The picture of `scene` (one layer for each of `volumes`, in order) with `width`×`height` pixels, each seen through its middle.
+    fn render(&mut self, volumes: &[Arc<Volume>], scene: &Scene, width: u32, height: u32) -> Result<Picture, RenderError> {
+        self.sample(volumes, scene, [width, height], 0)
+    }
+
+    /// The same, each pixel seen through its [`point_in_pixel`] number `sample`.
+    fn sample(&mut self, volumes: &[Arc<Volume>], scene: &Scene, size: [u32; 2], sample: u32) -> Result<Picture, RenderError>;
+
+    /// The same, through `samples` points of each pixel; of a slice, which has values at its nodes alone, through one.
+    fn still(&mut self, volumes: &[Arc<Volume>], scene: &Scene, size: [u32; 2], samples: u32) -> Result<Picture, RenderError> {
+        let mut still = Still::of(self.sample(volumes, scene, size, 0)?);
+        while still.samples() < samples && !scene.is_slice() {
+            still.add(&self.sample(volumes, scene, size, still.samples())?);
+        }
+        Ok(still.picture())
+    }
 
     /// Memory kept for the surfaces drawn last, beside their volumes.
     fn bytes(&self) -> usize;

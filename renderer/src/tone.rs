@@ -120,7 +120,7 @@ mod tests {
         let mut scene = Scene::of(&volumes);
         // All rays are equally long for each mm of depth.
         (scene.mode, scene.camera.projection) = (Mode::Max, Projection::Orthographic { height_mm: 100.0 });
-        let frame = Frame::new(&mut MapCache::new(InstructionSet::new()), &volumes, &scene, 50, 2).unwrap();
+        let frame = Frame::new(&mut MapCache::new(InstructionSet::new()), &volumes, &scene, [50, 2], 0).unwrap();
         let mut r = Random(1);
         for sought in SOUGHT {
             for n in 0..20 {

@@ -149,16 +149,17 @@ impl Compare {
         if let Self::Flicker { per_s } = self { (at_s * per_s) as u64 } else { 0 }
     }
 
-    /// The picture of `width`×`height` pixels.
+    /// The picture of `width`×`height` pixels, through so many points of each.
     pub fn draw(
         self,
         renderer: &mut dyn Renderer,
         volumes: &[Arc<Volume>],
         scene: &Scene,
         [width, height]: [u32; 2],
+        samples: u32,
     ) -> Result<Picture, RenderError> {
-        let drawn: Result<Vec<_>, _> =
-            self.parts(scene, [width, height]).iter().map(|(scene, [w, h])| renderer.render(volumes, scene, *w, *h)).collect();
+        let parts = self.parts(scene, [width, height]);
+        let drawn: Result<Vec<_>, _> = parts.iter().map(|(scene, size)| renderer.still(volumes, scene, *size, samples)).collect();
         // There always is a part.
         self.join(&drawn?, 0.0).ok_or(RenderError::NoPixels { width, height })
     }

@@ -66,16 +66,16 @@ pub fn white(mut scene: Scene) -> Scene {
     scene
 }
 
-/// Paints `picture`, drawn of [`white`], in the colours of the values at the vertices of the mesh of `surface`: each pixel in that of the cell
-/// that it shows.
-pub fn paint(picture: &mut Picture, scene: &Scene, surface: &Surface, mesh: &Mesh, values: &[f32], scale: &Scale) {
+/// Paints `picture`, drawn of [`white`] through a point of its pixels, in the colours of the values at the vertices of the mesh of `surface`: each
+/// pixel in that of the cell that it shows.
+pub fn paint(picture: &mut Picture, scene: &Scene, [dx, dy]: [f64; 2], surface: &Surface, mesh: &Mesh, values: &[f32], scale: &Scale) {
     let (width, height) = (picture.width, picture.height);
     for n in 0..picture.rgba.len() {
         if picture.volume_id[n] == 0 {
             continue;
         }
         let (x, y) = (n as u32 % width, n as u32 / width);
-        let seen = scene.camera.ray(f64::from(x), f64::from(y), width, height).at(f64::from(picture.depth_mm[n]));
+        let seen = scene.camera.ray(f64::from(x) + dx, f64::from(y) + dy, width, height).at(f64::from(picture.depth_mm[n]));
         let value = mesh.vertex_of(cell_at(surface, seen)).map_or(f32::NAN, |vertex| values[vertex as usize]);
         let color = scale.color(value);
         for (channel, value) in picture.rgba[n].iter_mut().zip(color) {

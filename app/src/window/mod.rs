@@ -21,6 +21,7 @@ mod palette;
 mod panels;
 mod path_prompt;
 mod picture;
+mod preferences;
 mod recovery;
 mod remembered;
 mod series;
@@ -42,6 +43,7 @@ use loading::Loading;
 use measured::Tool;
 use panels::{Command, Panels};
 use picture::{compare_bar, slice_views, tools};
+pub use preferences::Preferences;
 use remembered::Remembered;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -88,6 +90,12 @@ impl Workstation {
         };
         let letters = Letters::watch(&cc.egui_ctx);
         Self { bench: Bench::new(&cc.egui_ctx, loading, state), panels: Panels::default(), letters, title: String::new() }
+    }
+
+    /// With other preferences from now on.
+    pub fn preferring(mut self, preferences: Preferences) -> Self {
+        self.bench.remembered.preferences = preferences;
+        self
     }
 
     /// Scans are on their way in.
@@ -207,7 +215,8 @@ impl Workstation {
                 if ui.available_width() < QUALITY {
                     return;
                 }
-                let text = format!("{quality}  ·  {:.0} ms  ·  {adapter}", p.millis);
+                let samples = if p.samples > 1 { format!(", {} samples", p.samples) } else { String::new() };
+                let text = format!("{quality}{samples}  ·  {:.0} ms  ·  {adapter}", p.millis);
                 if ui.available_width() > LEAST_TEXT {
                     ui.add(Label::new(RichText::new(text).weak()).truncate());
                 }
@@ -264,6 +273,7 @@ impl Workstation {
             Ok(size) => {
                 let resting = bench.view.is_resting(ui.ctx());
                 let opened = &bench.work.opened;
+                bench.painter.samples_at_rest = bench.remembered.preferences.samples_at_rest;
                 match panels.painting(&bench.work) {
                     Some((scene, coat)) => bench.painter.want(&opened.volumes, &scene, size, Compare::Off, Some(coat), resting),
                     None => bench.painter.want(&opened.volumes, &opened.scene, size, opened.compare, None, resting),

@@ -1,5 +1,6 @@
-//! What the window remembers from one run of the program to the next: its size and place, and what was opened.
+//! What the window remembers from one run of the program to the next: its size and place, what was opened, and what is preferred.
 
+use super::preferences::Preferences;
 use bregma_session::output::write_whole;
 use egui::{Context, Pos2, Vec2, ViewportBuilder};
 use serde::{Deserialize, Serialize};
@@ -20,6 +21,9 @@ pub struct Remembered {
     /// What was opened together.
     #[serde(default)]
     recent: Vec<Vec<PathBuf>>,
+    /// What the person prefers.
+    #[serde(default)]
+    pub preferences: Preferences,
     #[serde(skip)]
     file: Option<PathBuf>,
 }

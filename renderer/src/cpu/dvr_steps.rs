@@ -28,18 +28,19 @@ pub(super) struct Steps<S: Simd> {
 impl<S: Simd> Steps<S> {
     /// At the first point of each ray: without jitter in the middle of the first step.
     #[inline(always)]
-    pub fn begin(simd: S, view: &View<'_, S>, jitter: bool) -> Self {
+    pub fn begin(simd: S, view: &View<'_, S>) -> Self {
         let depth = view.frame.step_mm / view.mm_per_depth;
-        let start = if jitter { noise(simd, view.pixels) } else { Floats::splat(simd, 0.5) };
+        let jitter = view.frame.jitter;
+        let start = if jitter < 0.0 { Floats::splat(simd, 0.5) } else { noise(simd, view.pixels, jitter) };
         Self { depth, first: start * depth, number: Floats::splat(simd, 0.0) }
     }
 }
 
-/// A number from 0 to 1 for each that looks like chance.
+/// A number from 0 to 1 for each that looks like chance, `turned` on and round at 1.
 #[inline(always)]
-fn noise<S: Simd>(simd: S, pixels: &Pixels<S>) -> Floats<S> {
+fn noise<S: Simd>(simd: S, pixels: &Pixels<S>, turned: f32) -> Floats<S> {
     let (x, y) = (pixels.x.to_floats().to_array(), pixels.y.to_floats().to_array());
-    Floats::load_array(simd, std::array::from_fn(|lane| noise_at(x[lane] as u32, y[lane] as u32)))
+    Floats::load_array(simd, std::array::from_fn(|lane| (noise_at(x[lane] as u32, y[lane] as u32) + turned).fract()))
 }
 
 /// The factors and the sum of a permuted congruential generator (O'Neill 2014, PCG RXS M XS 32).

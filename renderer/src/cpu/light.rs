@@ -74,7 +74,7 @@ pub(super) fn cued<S: Simd>(simd: S, frame: &Frame, color: &Vecs<S>, s: Floats<S
 }
 
 /// A premultiplied linear colour over the background, as sRGB bytes with straight alpha.
-pub(super) fn encode(color: Vec4, background: Vec4) -> [u8; 4] {
+pub(crate) fn encode(color: Vec4, background: Vec4) -> [u8; 4] {
     let c = color + background * (1.0 - color.w);
     let straight = if c.w > 0.0 { c.truncate() / c.w } else { Vec3::ZERO };
     let [r, g, b] = straight.to_array().map(fast_srgb8::f32_to_srgb8);

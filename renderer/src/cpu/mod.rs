@@ -50,7 +50,7 @@ use faces::faces;
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch};
 use glam::{Vec3, Vec4};
-use light::encode;
+pub(crate) use light::encode;
 use line::{Line, Part};
 use march::march;
 use nearest::nearest;
@@ -114,8 +114,8 @@ impl Renderer for CpuRenderer {
         solver.on_cpu()
     }
 
-    fn render(&mut self, volumes: &[Arc<Volume>], scene: &Scene, width: u32, height: u32) -> Result<Picture, RenderError> {
-        let frame = Frame::new(&mut self.maps, volumes, scene, width, height)?;
+    fn sample(&mut self, volumes: &[Arc<Volume>], scene: &Scene, [width, height]: [u32; 2], sample: u32) -> Result<Picture, RenderError> {
+        let frame = Frame::new(&mut self.maps, volumes, scene, [width, height], sample)?;
         draw(self.level, &frame, scene, width, height)
     }
 
@@ -124,7 +124,7 @@ impl Renderer for CpuRenderer {
     }
 
     fn split(&mut self, volumes: &[Arc<Volume>], scene: &Scene, width: u32, height: u32) -> Result<Split, RenderError> {
-        let frame = Frame::new(&mut self.maps, volumes, scene, width, height)?;
+        let frame = Frame::new(&mut self.maps, volumes, scene, [width, height], 0)?;
         split::split(self.level, &frame, scene, width, height)
     }
 }
@@ -258,8 +258,8 @@ fn gather<S: Simd>(simd: S, packet: &Packet, pixels: &Pixels<S>, view: &View<'_,
             |travellers, stretch| transparent::gather(simd, view, travellers, stretch, &mut all),
         );
         transparent::ENOUGH
-    } else if let Integrator::Steps { jitter, .. } = scene.integrator {
-        let mut steps = Steps::begin(simd, view, jitter);
+    } else if let Integrator::Steps { .. } = scene.integrator {
+        let mut steps = Steps::begin(simd, view);
         march(
             simd,
             frame,

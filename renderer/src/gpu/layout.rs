@@ -119,7 +119,7 @@ pub(super) struct ShadeParams {
     pub cue_per_mm: f32,
     pub background: [f32; 4],
     pub step_mm: f32,
-    pub jitter: u32,
+    pub jitter: f32,
     pub cut_face: u32,
     pub skin_mm: f32,
     pub agreed: [f32; 3],

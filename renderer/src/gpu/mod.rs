@@ -211,8 +211,8 @@ impl Renderer for GpuRenderer {
         solver != Solver::Filter || self.gpu.filters_f32()
     }
 
-    fn render(&mut self, volumes: &[Arc<Volume>], scene: &Scene, width: u32, height: u32) -> Result<Picture, RenderError> {
-        let frame = Frame::new(&mut self.maps, volumes, scene, width, height)?;
+    fn sample(&mut self, volumes: &[Arc<Volume>], scene: &Scene, [width, height]: [u32; 2], sample: u32) -> Result<Picture, RenderError> {
+        let frame = Frame::new(&mut self.maps, volumes, scene, [width, height], sample)?;
         Ok(self.draw(&frame, scene, width, height)?)
     }
 
@@ -221,7 +221,7 @@ impl Renderer for GpuRenderer {
     }
 
     fn split(&mut self, volumes: &[Arc<Volume>], scene: &Scene, width: u32, height: u32) -> Result<Split, RenderError> {
-        let frame = Frame::new(&mut self.maps, volumes, scene, width, height)?;
+        let frame = Frame::new(&mut self.maps, volumes, scene, [width, height], 0)?;
         Ok(self.split_frame(&frame, scene, width, height)?)
     }
 }

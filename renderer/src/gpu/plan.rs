@@ -8,7 +8,7 @@ use super::{BATCH, GpuError, GpuRenderer, upload};
 use crate::frame::{Frame, FrameLayer};
 use crate::picture::MOST_VOLUMES;
 use crate::roots::{Method, Solver};
-use crate::scene::{AGREED, Integrator, Normals, Scene};
+use crate::scene::{AGREED, Normals, Scene};
 use crate::skip::BLOCK;
 use bregma_field::clip::Half;
 use std::ops::Range;
@@ -252,7 +252,7 @@ fn shade_params(frame: &Frame, scene: &Scene, passes: usize, stride: u32) -> Sha
         cue_per_mm: frame.cue_per_mm,
         background: frame.background.to_array(),
         step_mm: frame.step_mm,
-        jitter: u32::from(matches!(scene.integrator, Integrator::Steps { jitter: true, .. })),
+        jitter: frame.jitter,
         cut_face: scene.cut_face as u32,
         skin_mm: frame.skin_mm,
         agreed: AGREED.linear().to_array(),

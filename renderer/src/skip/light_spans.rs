@@ -3,7 +3,7 @@
 use super::cell_masks::CellMasks;
 use super::occupancy::DistanceMap;
 use super::spans::{BLOCK, Spans};
-use crate::camera::{Camera, Projection};
+use crate::camera::{Camera, Projection, Raster};
 use bregma_field::{BRICK, Grid};
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -43,7 +43,7 @@ impl LightSpans {
             up: toward_light.any_orthonormal_vector(),
             projection: Projection::Orthographic { height_mm: f64::from(count) * block_mm },
         };
-        let spans = Spans::of(map, masks, grid, &camera, 0.0, [count * BLOCK; 2], false);
+        let spans = Spans::of(map, masks, grid, &camera, 0.0, Raster::new([count * BLOCK; 2]), false);
         let basis = camera.basis();
         let to_view = DMat3::from_cols(basis.right / block_mm, -basis.up / block_mm, basis.forward).transpose();
         // A pixel's middle has whole coordinates, and the picture's middle lies between pixels.

@@ -8,6 +8,7 @@ mod maps;
 mod occupancy;
 mod spans;
 
+use crate::camera::Raster;
 use crate::scene::Scene;
 use bregma_field::Surface;
 use std::sync::Arc;
@@ -30,7 +31,7 @@ pub(crate) struct Skip {
 }
 
 impl Skip {
-    /// Of a surface in a picture of `size` pixels, whose base plane and deepest corner lie at these depths; where cuts show values there may be
+    /// Of a surface in a picture, whose base plane and deepest corner lie at these depths; where cuts show values there may be
     /// something everywhere.
     pub fn of(
         maps: &mut MapCache,
@@ -38,13 +39,13 @@ impl Skip {
         surface: &Surface,
         sees_everywhere: bool,
         [base_mm, deepest_mm]: [f64; 2],
-        size: [u32; 2],
+        raster: Raster,
     ) -> Self {
         let (map, masks) = maps.get(surface);
         let spans = if sees_everywhere {
-            Spans::everywhere(deepest_mm, size)
+            Spans::everywhere(deepest_mm, raster.size)
         } else {
-            Spans::of(&map, &masks, &surface.grid, &scene.camera, base_mm, size, !surface.region.is_all())
+            Spans::of(&map, &masks, &surface.grid, &scene.camera, base_mm, raster, !surface.region.is_all())
         };
         let light_spans =
             if scene.shadows { LightSpans::of(&map, &masks, &surface.grid, scene.toward_light()) } else { LightSpans::default() };

@@ -3,7 +3,7 @@
 
 use super::cell_masks::CellMasks;
 use super::occupancy::DistanceMap;
-use crate::camera::{Camera, Projection};
+use crate::camera::{Camera, Projection, Raster};
 use bregma_field::{BRICK, Grid};
 use glam::{DAffine3, DMat3, DVec3};
 use rayon::prelude::*;
@@ -27,19 +27,12 @@ const NOTHING: [f32; 2] = [f32::MAX, f32::MIN];
 const CHUNK: usize = 2048;
 
 impl Spans {
-    /// The spans of a surface whose volume lies in `grid`, in a picture of `width`×`height` with its base plane at `base_mm`; `is_cut` when
-    /// rays may begin within the volume.
-    pub fn of(
-        map: &DistanceMap,
-        masks: &CellMasks,
-        grid: &Grid,
-        camera: &Camera,
-        base_mm: f64,
-        [width, height]: [u32; 2],
-        is_cut: bool,
-    ) -> Self {
+    /// The spans of a surface whose volume lies in `grid`, in a picture with its base plane at `base_mm`; `is_cut` when rays may begin within the
+    /// volume.
+    pub fn of(map: &DistanceMap, masks: &CellMasks, grid: &Grid, camera: &Camera, base_mm: f64, raster: Raster, is_cut: bool) -> Self {
+        let [width, height] = raster.size;
         let (across, down) = (width.div_ceil(BLOCK), height.div_ceil(BLOCK));
-        let view = View::new(grid, camera, base_mm, width, height);
+        let view = View::new(grid, camera, base_mm, raster);
         let empty = || vec![NOTHING; across as usize * down as usize];
         let add = |mut blocks: Vec<[f32; 2]>, bricks: &[u32]| {
             for &brick in bricks {
@@ -80,7 +73,7 @@ struct View {
     perspective: bool,
     /// Pixels for a unit of slope (perspective) or for a mm.
     scale: f64,
-    /// The middle of the picture in pixels.
+    /// The middle of the picture in pixels, from the point of the first one that is looked through.
     middle: [f64; 2],
     base_mm: f64,
     /// The plane of the eye cuts the volume, or has it behind itself.
@@ -93,13 +86,13 @@ const PIXEL_MARGIN: f64 = 0.01;
 const DEPTH_MARGIN: f64 = 1e-6;
 
 impl View {
-    fn new(grid: &Grid, camera: &Camera, base_mm: f64, width: u32, height: u32) -> Self {
+    fn new(grid: &Grid, camera: &Camera, base_mm: f64, Raster { size: [width, height], point_px: [x, y] }: Raster) -> Self {
         let basis = camera.basis();
         let from_world = DMat3::from_cols(basis.right, basis.up, basis.forward).transpose();
         let to_view = DAffine3::from_mat3_translation(from_world, -(from_world * camera.eye_mm)) * grid.index_to_world();
         let m = to_view.matrix3;
         let half = DMat3::from_cols(m.x_axis.abs() / 2.0, m.y_axis.abs() / 2.0, m.z_axis.abs() / 2.0);
-        let middle = [width, height].map(|n| f64::from(n) / 2.0 - 0.5);
+        let middle = [(width, x), (height, y)].map(|(n, point)| f64::from(n) / 2.0 - 0.5 - point);
         let scale = f64::from(height) / (2.0 * camera.half_height());
         let perspective = matches!(camera.projection, Projection::Perspective { .. });
         let begins_inside = grid.corners_mm().into_iter().any(|corner| (corner - camera.eye_mm).dot(basis.forward) <= 0.0);
@@ -140,6 +133,7 @@ impl View {
 mod tests {
     use super::*;
     use crate::InstructionSet;
+    use crate::camera::point_in_pixel;
     use crate::stability::Random;
     use bregma_field::{RangeBricks, Samples, Store};
 
@@ -169,7 +163,9 @@ mod tests {
             let camera = Camera { eye_mm: target_mm + distance * point().normalize(), target_mm, up: DVec3::Z, projection };
             let (w, h) = (61, 90);
             let base_mm = if n % 2 == 0 { 0.0 } else { 3.0 };
-            let spans = Spans::of(&map, &masks, &grid, &camera, base_mm, [w, h], false);
+            let sample = n as u32 % 5;
+            let raster = Raster { size: [w, h], point_px: point_in_pixel(sample) };
+            let spans = Spans::of(&map, &masks, &grid, &camera, base_mm, raster, false);
             let forward = camera.basis().forward;
             let [bx, by, _] = map.dims();
             for brick in map.occupied() {
@@ -180,6 +176,8 @@ mod tests {
                     let index = corner + first + random.point().as_dvec3() * (end - first);
                     let p = grid.world(bregma_field::IndexPoint(index));
                     let Some((x, y)) = camera.project(p, w, h) else { continue };
+                    // In pixels from the point of pixel (0, 0) that is looked through.
+                    let [x, y] = [x - raster.point_px[0], y - raster.point_px[1]];
                     // Between the outermost pixels; a block begins at its first pixel and ends at the next block's.
                     let inside = (0.0..=f64::from(w - 1)).contains(&x) && (0.0..=f64::from(h - 1)).contains(&y);
                     if !inside {

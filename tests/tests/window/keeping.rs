@@ -12,7 +12,7 @@ fn state(name: &str) -> PathBuf {
 
 fn open_keeping(start: Start, state: &Path) -> Window {
     let state = Some(state.to_owned());
-    Harness::builder().with_size([1280.0, 800.0]).wgpu().build_eframe(|cc| Workstation::new(cc, start, state))
+    Harness::builder().with_size([1280.0, 800.0]).wgpu().build_eframe(|cc| Workstation::new(cc, start, state).preferring(at_once()))
 }
 
 fn source(file: &Path) -> bregma_session::Source {

@@ -149,7 +149,7 @@ fn no_text_lies_over_another_or_is_cut_off_at_any_size() {
     for ([w, h], density) in [([720.0, 480.0], 1.0), ([1280.0, 800.0], 1.0), ([1920.0, 1080.0], 1.0), ([1280.0, 800.0], 2.0)] {
         let sources = files.iter().map(|file| bregma_session::Source { file: file.clone(), ..Default::default() }).collect();
         let builder = Harness::builder().with_size([w, h]).with_pixels_per_point(density).wgpu();
-        let mut window: Window = builder.build_eframe(|cc| Workstation::new(cc, Start::Files(sources), None));
+        let mut window: Window = builder.build_eframe(|cc| Workstation::new(cc, Start::Files(sources), None).preferring(at_once()));
         wait(&mut window, "the scans", |w| !w.is_loading());
         settle(&mut window);
         let middle = window.state().picture_rect().unwrap().center();
@@ -197,7 +197,7 @@ fn what_is_asked_about_a_headerless_file_can_be_read_at_any_size() {
     for ([w, h], density) in [([720.0, 480.0], 1.0), ([1280.0, 800.0], 1.0), ([1280.0, 800.0], 2.0)] {
         let sources = vec![bregma_session::Source { file: file.clone(), ..Default::default() }];
         let builder = Harness::builder().with_size([w, h]).with_pixels_per_point(density).wgpu();
-        let mut window: Window = builder.build_eframe(|cc| Workstation::new(cc, Start::Files(sources), None));
+        let mut window: Window = builder.build_eframe(|cc| Workstation::new(cc, Start::Files(sources), None).preferring(at_once()));
         wait_for(&mut window, "how do they lie?");
         for slices in [40.0, 41.0] {
             window.get_by_role_and_label(Role::SpinButton, "Slices").set_value_accesskit(slices);

@@ -8,7 +8,7 @@ fn keys_and_mouse_move_the_view_as_in_slicer() {
     let source = bregma_session::Source { file: file.clone(), ..Default::default() };
     // On a screen whose points are one and a half pixels wide.
     let builder = Harness::builder().with_size([1280.0, 800.0]).with_pixels_per_point(1.5).wgpu();
-    let mut window: Window = builder.build_eframe(|cc| Workstation::new(cc, Start::Files(vec![source]), None));
+    let mut window: Window = builder.build_eframe(|cc| Workstation::new(cc, Start::Files(vec![source]), None).preferring(at_once()));
     wait(&mut window, "the scan", |w| !w.is_loading());
     settle(&mut window);
     let (picture, rect) = (window.state().picture().unwrap(), window.state().picture_rect().unwrap());
@@ -135,7 +135,7 @@ fn a_transfer_function_is_chosen_and_its_points_dragged_added_and_removed() {
     let source = bregma_session::Source { file: file.clone(), ..Default::default() };
     // Frames follow each other fast enough for a double click.
     let builder = Harness::builder().with_size([1280.0, 800.0]).with_step_dt(0.02).wgpu();
-    let mut window: Window = builder.build_eframe(|cc| Workstation::new(cc, Start::Files(vec![source]), None));
+    let mut window: Window = builder.build_eframe(|cc| Workstation::new(cc, Start::Files(vec![source]), None).preferring(at_once()));
     wait(&mut window, "the scan", |w| !w.is_loading());
     settle(&mut window);
     let name = file.file_name().unwrap().to_string_lossy().into_owned();
@@ -301,4 +301,36 @@ fn the_spline_is_drawn_and_named_as_another_surface() {
     undo(&mut window);
     undo(&mut window);
     assert!(exact(&window) && changed(&plain, &pixels(&window)) == 0);
+}
+
+#[test]
+fn a_picture_at_rest_grows_smooth_and_then_costs_nothing() {
+    // Fails if a picture at rest keeps its steps, what is drawn on goes on for ever, or a move has to wait for it.
+    let file = ball("smooth", 24);
+    let source = bregma_session::Source { file: file.clone(), ..Default::default() };
+    let builder = Harness::builder().with_size([900.0, 600.0]).wgpu();
+    let mut window: Window = builder.build_eframe(|cc| Workstation::new(cc, Start::Files(vec![source]), None));
+    wait(&mut window, "the scan", |w| !w.is_loading());
+    settle(&mut window);
+    let once = pixels(&window);
+    let shades = |pixels: &[[u8; 4]]| pixels.iter().collect::<std::collections::BTreeSet<_>>().len();
+    let smooth = |window: &Window| window.query_by_label_contains("16 samples").is_some();
+    let begun = Instant::now();
+    while !smooth(&window) {
+        window.step();
+        assert!(begun.elapsed() < Duration::from_secs(60), "it never has 16 samples");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let rested = pixels(&window);
+    assert!(shades(&rested) > shades(&once) && changed(&rested, &once) > 200, "its edge has as many steps as before");
+    for _ in 0..20 {
+        window.step();
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    assert_eq!(pixels(&window), rested, "it is drawn on");
+    window.key_press(Key::Num3);
+    window.run_steps(2);
+    assert!(!smooth(&window) || !window.state().is_settled(), "what moves has one sample");
+    settle(&mut window);
+    std::fs::remove_file(file).unwrap();
 }

@@ -19,7 +19,7 @@ mod registering;
 mod sheet;
 mod slices;
 
-use bregma::window::{Start, Workstation};
+use bregma::window::{Preferences, Start, Workstation};
 use bregma_renderer::Mode;
 use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers, PointerButton, Pos2};
@@ -30,7 +30,12 @@ use std::time::{Duration, Instant};
 type Window = Harness<'static, Workstation>;
 
 fn open(start: Start) -> Window {
-    Harness::builder().with_size([1280.0, 800.0]).wgpu().build_eframe(|cc| Workstation::new(cc, start, None))
+    Harness::builder().with_size([1280.0, 800.0]).wgpu().build_eframe(|cc| Workstation::new(cc, start, None).preferring(at_once()))
+}
+
+/// A picture at rest has one point of each pixel, so that it is done at once.
+fn at_once() -> Preferences {
+    Preferences { samples_at_rest: 1, ..Preferences::default() }
 }
 
 /// Shows frames until `done`; threads load and draw meanwhile.

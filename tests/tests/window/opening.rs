@@ -251,7 +251,7 @@ fn a_wide_screen_shows_two_scans_beside_each_other() {
     let files = [ball("wide-a", 24), ball("wide-b", 24)];
     let sources = files.iter().map(|file| bregma_session::Source { file: file.clone(), ..Default::default() }).collect();
     let builder = Harness::builder().with_size([2100.0, 900.0]).wgpu();
-    let mut window: Window = builder.build_eframe(|cc| Workstation::new(cc, Start::Files(sources), None));
+    let mut window: Window = builder.build_eframe(|cc| Workstation::new(cc, Start::Files(sources), None).preferring(at_once()));
     wait(&mut window, "the scans", |w| !w.is_loading());
     settle(&mut window);
     assert_eq!(window.state().compare(), bregma_session::Compare::SideBySide);
@@ -262,7 +262,7 @@ fn a_wide_screen_shows_two_scans_beside_each_other() {
     bregma_session::Session::of(&opened, folder).write(&session).unwrap();
     let source = bregma_session::Source { file: session.clone(), ..Default::default() };
     let builder = Harness::builder().with_size([2100.0, 900.0]).wgpu();
-    let mut window: Window = builder.build_eframe(|cc| Workstation::new(cc, Start::Files(vec![source]), None));
+    let mut window: Window = builder.build_eframe(|cc| Workstation::new(cc, Start::Files(vec![source]), None).preferring(at_once()));
     wait(&mut window, "the session", |w| !w.is_loading());
     assert_eq!(window.state().compare(), bregma_session::Compare::Off);
     files.iter().chain([&session]).for_each(|file| std::fs::remove_file(file).unwrap());

@@ -99,7 +99,7 @@ fn sheet() {
     std::fs::create_dir_all(&folder).unwrap();
     for (size, density) in SIZES {
         let builder = Harness::builder().with_size(size).with_pixels_per_point(density).wgpu();
-        let mut window: Window = builder.build_eframe(|cc| Workstation::new(cc, Start::Demo, None));
+        let mut window: Window = builder.build_eframe(|cc| Workstation::new(cc, Start::Demo, None).preferring(at_once()));
         wait(&mut window, "the demo pair", |w| !w.is_loading());
         settle(&mut window);
         for (n, (name, step)) in STEPS.iter().enumerate() {

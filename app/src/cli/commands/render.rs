@@ -33,7 +33,7 @@ pub fn render(args: &RenderArgs, machine: Machine) -> Result<(), CommandError> {
     if args.compare.is_some_and(|compare| compare != Compare::Off) && visible < 2 {
         return Err(CommandError::Usage(format!("--compare is of two scans; {visible} is visible: name another one")));
     }
-    let picture = compare.draw(machine.renderer()?.as_mut(), &opened.volumes, &opened.scene, [width, height])?;
+    let picture = compare.draw(machine.renderer()?.as_mut(), &opened.volumes, &opened.scene, [width, height], args.samples)?;
     let nothing = picture.rgba.iter().all(|c| *c == picture.rgba[0]);
     if nothing && picture.volume_id.iter().all(|&id| id == 0) {
         warn(&[format!("{}: the picture shows nothing from this view", args.out.display())]);

@@ -66,7 +66,7 @@ pub fn thickness(args: &ThicknessArgs, machine: Machine) -> Result<(), CommandEr
     scene.camera = camera(&args.camera, &opened, args.size);
     let (width, height) = args.size;
     let mut picture = machine.renderer()?.render(&opened.volumes, &scene, width, height)?;
-    paint(&mut picture, &scene, surface, mesh, values, &scale);
+    paint(&mut picture, &scene, [0.0; 2], surface, mesh, values, &scale);
     let unplotted = |reason| CommandError::Figure { what: "the picture".into(), reason };
     let drawn = figure(&picture, name, &scale, statistics).map_err(unplotted)?;
     let notes = corrections(volume);

@@ -4,6 +4,7 @@ pub mod by_hand;
 pub mod cast;
 pub mod compare_bar;
 mod cut_handles;
+mod drawing;
 pub mod marks;
 pub mod navigate;
 pub mod painter;
