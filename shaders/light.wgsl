@@ -37,6 +37,8 @@ struct ShadeParams {
     // Linear colour of surfaces that agree, and within what they do.
     agreed: vec3<f32>,
     agreement_mm: f32,
+    // How far apart surfaces lie at the ends of the colours for depths between them; 0 where these are not told.
+    depth_range_mm: f32,
 }
 
 @group(0) @binding(SHADE_PARAMS) var<storage, read> shade_params: ShadeParams;
@@ -117,7 +119,11 @@ fn color_of_faces(cut: Faces, own: vec3<f32>) -> vec3<f32> {
     if shading.cut_face == BLEND {
         return min(cut.sum, vec3<f32>(1.0));
     }
-    let difference = clamp(cut.brightnesses.x - cut.brightnesses.y, -1.0, 1.0);
-    let end = select(SECOND_IS_MORE, FIRST_IS_MORE, difference > 0.0);
-    return decode(mix(EQUAL, end, abs(difference)));
+    return diverging(cut.brightnesses.x - cut.brightnesses.y);
+}
+
+// The linear colour of a difference from −1 to 1.
+fn diverging(difference: f32) -> vec3<f32> {
+    let end = select(DIVERGING_LOW, DIVERGING_HIGH, difference > 0.0);
+    return decode(mix(DIVERGING_MIDDLE, end, min(abs(difference), 1.0)));
 }

@@ -35,6 +35,17 @@ fn agreed_normal(index: u32, first: u32, second: u32) -> vec3<f32> {
     return own;
 }
 
+// The colour for how far behind the nearest hit the second one lies: more than none where the second volume is the nearer one.
+fn depth_color(index: u32, first: u32, second: u32, mm_per_depth: f32) -> vec3<f32> {
+    let a = hits[first * shading.stride + index];
+    let b = hits[second * shading.stride + index];
+    if a.y == FACE || b.y == FACE {
+        return layers[first].color.rgb;
+    }
+    let apart_mm = (b.w - a.w) * mm_per_depth;
+    return diverging(select(-apart_mm, apart_mm, layers[first].id > layers[second].id) / shading.depth_range_mm);
+}
+
 // The colour of a hit on a surface of some colour, with a normal; `bit` says whether it lies in shadow.
 fn light(index: u32, layer: u32, own: vec3<f32>, normal: vec3<f32>, view: vec3<f32>, bit: u32) -> vec3<f32> {
     if normal.y == FACE {
@@ -91,7 +102,10 @@ fn shade(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
         second = nearest(index, first, shading.passes, shading.stride);
     }
     var color: vec3<f32>;
-    if second != NO_PASS && agree(index, first, second, view, mm_per_depth) {
+    if second != NO_PASS && shading.depth_range_mm > 0.0 {
+        let own = depth_color(index, first, second, mm_per_depth);
+        color = light(index, first, own, hits[first * shading.stride + index].xyz, view, FIRST_IS_DARK);
+    } else if second != NO_PASS && agree(index, first, second, view, mm_per_depth) {
         color = light(index, first, shading.agreed, agreed_normal(index, first, second), view, FIRST_IS_DARK);
     } else {
         color = light(index, first, layers[first].color.rgb, hits[first * shading.stride + index].xyz, view, FIRST_IS_DARK);

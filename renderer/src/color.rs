@@ -31,11 +31,25 @@ impl Color {
         Self(light.to_array().map(|c| encoded(c.clamp(0.0, 1.0))))
     }
 
+    /// What stands for a difference from −1 to 1: bone's colour in the middle, where there is none.
+    pub fn diverging(difference: f32) -> Self {
+        let [low, middle, high] = DIVERGING;
+        let end = if difference > 0.0 { high } else { low };
+        let share = difference.abs().min(1.0);
+        Self([0, 1, 2].map(|n| middle[n] + (end[n] - middle[n]) * share))
+    }
+
     /// As light (linear RGB).
     pub fn linear(self) -> Vec3 {
         Vec3::from(self.0.map(|c| if c <= srgb::LINEAR { c / srgb::SLOPE } else { ((c + srgb::OFFSET) / srgb::SCALE).powf(srgb::POWER) }))
     }
 }
+
+/// Bone ivory.
+pub(crate) const BONE: [f32; 3] = [0.93, 0.88, 0.77];
+
+/// The ends of the diverging map RdBu (Brewer 2003) about bone's colour, sRGB: told apart by people who lack a kind of cones, and both darker than it.
+pub(crate) const DIVERGING: [[f32; 3]; 3] = [[0.129, 0.400, 0.674], BONE, [0.698, 0.094, 0.169]];
 
 /// The numbers of sRGB's curve (IEC 61966-2-1): straight up to a limit, and a power behind it.
 pub(crate) mod srgb {

@@ -92,6 +92,8 @@ pub(crate) struct Frame {
     pub overlays: bool,
     /// But where the two are no farther from each other they are one.
     pub agreement_mm: f32,
+    /// Instead, the nearest hit is in a colour for how far behind it the next one lies: up to so many mm; 0 where it is not.
+    pub depth_range_mm: f32,
     /// Only the nearest hit of all layers is drawn.
     pub only_nearest: bool,
     /// What the depth cue takes from a colour for each mm of depth behind the base plane.
@@ -168,6 +170,7 @@ impl Frame {
         let chosen = if scene.is_slice() { scene.slice.window } else { scene.window };
         let window = chosen.or_else(|| surfaces.first().map(|(_, s)| Window::of(&s.volume))).unwrap_or(Window::between([0.0, 1.0]));
         let agreement_mm = if scene.mode.uses(Setting::Agreement) && surfaces.len() > 1 { scene.agreement_mm(volumes) } else { 0.0 };
+        let depth_range_mm = if scene.mode.uses(Setting::Depths) { scene.depth_range_mm(volumes) as f32 } else { 0.0 };
         let surfaces = if scene.draws_spline() { splines(maps, surfaces)? } else { surfaces };
         maps.keep_only(&surfaces, if scene.draws_spline() { volumes } else { &[] });
         let nodes = if scene.is_slice() { nodes_per_pixel(scene, &surfaces, [width, height]) } else { 1 };
@@ -176,7 +179,7 @@ impl Frame {
         let raster = Raster { size: [width, height].map(|n| n * nodes), point_px };
         let base = Self::without_layers(scene, &reach, raster, sample);
         let shadow_start_mm = base.shadow_start_mm.max(SHADOW_START_AGREEMENTS * agreement_mm);
-        let mut frame = Self { nodes_per_pixel: nodes, agreement_mm: agreement_mm as f32, shadow_start_mm, ..base };
+        let mut frame = Self { nodes_per_pixel: nodes, agreement_mm: agreement_mm as f32, depth_range_mm, shadow_start_mm, ..base };
         let depths = [reach.base_mm, reach.depth_mm + reach.margin_mm];
         let layer = |(index, surface): (usize, Surface)| {
             let appearance = Appearance::of(scene, index, &surface, &volumes[index], frame.step_mm, window);
@@ -206,6 +209,7 @@ impl Frame {
             has_solver: scene.mode.uses(Setting::Solver),
             overlays: scene.mode.gather() == Gather::FirstOfEach,
             agreement_mm: 0.0,
+            depth_range_mm: 0.0,
             only_nearest: scene.mode.gather() == Gather::Nearest,
             cue_per_mm: cue_per_mm as f32,
             step_mm: reach.step_mm(scene) as f32,

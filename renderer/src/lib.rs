@@ -7,6 +7,7 @@ pub mod accuracy;
 mod appearance;
 mod camera;
 mod color;
+mod comparing;
 mod cpu;
 mod frame;
 #[cfg(feature = "gpu")]

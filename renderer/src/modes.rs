@@ -15,6 +15,8 @@ named! {
         Transparent = "transparent",
         /// The nearest first hit transparent, the next volume's first hit opaque behind it; a lone hit is opaque. Where the two agree they are one.
         Overlay = "overlay",
+        /// The nearest first hit, in a colour for how far behind it the next volume's first hit lies; alone, in its own.
+        Depths = "depths",
         /// Direct volume rendering by a transfer function: light that the whole volume sends and keeps (Max 1995).
         Dvr = "dvr",
         /// The largest value along the ray.
@@ -97,6 +99,8 @@ pub enum Setting {
     Numbers,
     /// How near to each other two surfaces count as one.
     Agreement,
+    /// Within what depths between two surfaces are told apart.
+    Depths,
     /// The plane's thickness, colours and contours, and the window of grey values.
     Slice,
 }
@@ -117,7 +121,7 @@ pub struct Facts {
 impl Mode {
     /// Its row.
     pub fn facts(self) -> Facts {
-        use Setting::{Agreement, Numbers, Shading, Shells, Slice, Solver, Surfaces, Transfer};
+        use Setting::{Agreement, Depths, Numbers, Shading, Shells, Slice, Solver, Surfaces, Transfer};
         let row = |title, shows, gather, settings| Facts { title, shows, gather, settings };
         match self {
             Self::Iso => row("Isosurface", "The nearest surface", Gather::Nearest, &[Solver, Surfaces, Shading]),
@@ -132,6 +136,13 @@ impl Mode {
                 "Where two surfaces agree they are one, in bone's colour; elsewhere the nearer volume is transparent, the other one opaque behind it",
                 Gather::FirstOfEach,
                 &[Solver, Surfaces, Shading, Agreement],
+            ),
+            Self::Depths => row(
+                "Depths",
+                "How far the other scan's surface lies behind the nearest one, along the line of sight: red where the second scan stands out, blue where \
+                 the first one does, bone where they are as near",
+                Gather::FirstOfEach,
+                &[Solver, Surfaces, Shading, Depths],
             ),
             Self::Dvr => row(
                 "Volume",

@@ -1,7 +1,7 @@
 //! What is drawn and how: one plain value that the window, the command line, sessions and tests share.
 
 use crate::camera::{Camera, Projection};
-use crate::color::Color;
+use crate::color::{BONE, Color};
 use crate::modes::{Gather, Mode, Setting};
 use crate::named;
 use crate::roots::{Method, Solver};
@@ -150,10 +150,10 @@ pub struct Layer {
 }
 
 /// What agrees, where two scans are compared.
-pub(crate) const AGREED: Color = Color(COLORS[0]);
+pub(crate) const AGREED: Color = Color(BONE);
 
 /// Bone ivory, then cyan and magenta, so that the first two volumes of a comparison are told apart by anyone, and in grey; then amber.
-const COLORS: [[f32; 3]; 4] = [[0.93, 0.88, 0.77], [0.25, 0.75, 0.92], [0.85, 0.25, 0.6], [0.95, 0.75, 0.3]];
+const COLORS: [[f32; 3]; 4] = [BONE, [0.25, 0.75, 0.92], [0.85, 0.25, 0.6], [0.95, 0.75, 0.3]];
 
 impl Layer {
     /// The layer that the volume opens with as number `index` of `count`.
@@ -269,6 +269,9 @@ pub struct Scene {
     /// [`Scene::agreement_mm`] says when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub agree_within_mm: Option<f64>,
+    /// How far apart along the ray surfaces lie at the ends of the colours of [`Mode::Depths`], mm; what [`Scene::depth_range_mm`] says when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub depths_within_mm: Option<f64>,
     /// Whether visible surfaces, of any layer, keep the light from others: hard shadows.
     #[serde(default)]
     pub shadows: bool,
@@ -333,6 +336,9 @@ pub enum SceneError {
     /// Surfaces that are nearer than nothing.
     #[error("its surfaces agree within no length that there is")]
     Agreement,
+    /// Colours from nothing to nothing.
+    #[error("the depths between its surfaces have no range, or one that does not end")]
+    Depths,
     /// A slice of no thickness that there is, or contours wider than pictures.
     #[error("its slice is thinner than nothing, or its contours are not between 0 and 64 pixels wide")]
     Slice,
@@ -362,6 +368,7 @@ impl Scene {
             reconstruction: Reconstruction::Trilinear,
             light: Light::default(),
             agree_within_mm: None,
+            depths_within_mm: None,
             shadows: false,
             depth_cue: 0.0,
             clips: vec![],
@@ -394,6 +401,7 @@ impl Scene {
             (self.window.is_some_and(|w| !(w.width >= 0.0 && w.level.is_finite())), SceneError::Window),
             (!self.light.is_sound(), SceneError::Light),
             (self.agree_within_mm.is_some_and(|mm| !(mm >= 0.0 && mm.is_finite())), SceneError::Agreement),
+            (self.depths_within_mm.is_some_and(|mm| !(mm > 0.0 && mm.is_finite())), SceneError::Depths),
             (!(self.slice.thickness_mm >= 0.0 && self.slice.thickness_mm.is_finite()), SceneError::Slice),
             (self.slice.window.is_some_and(|w| !(w.width >= 0.0 && w.level.is_finite())), SceneError::Window),
             (!(0.0..=WIDEST_CONTOUR_PX).contains(&self.slice.contour_px), SceneError::Slice),
@@ -423,22 +431,6 @@ impl Scene {
         visible
             .map(|(i, (layer, volume))| Ok((i, Surface::new(volume, iso(layer, volume), layer.transform)?.cut(&self.clips, i))))
             .collect()
-    }
-
-    /// How near to each other surfaces count as one: as is said, or half a voxel of the coarser scan, or how sure a registration is if that is less:
-    /// what lies nearer than that is no difference.
-    pub fn agreement_mm(&self, volumes: &[Arc<Volume>]) -> f64 {
-        let of = |(layer, volume): (&Layer, &Arc<Volume>)| {
-            let voxel_mm = volume.grid().spacing_mm().element_product().cbrt();
-            // Of one coordinate, at the middle of what was registered: the root of the mean variance, and what holds 95 %.
-            let variance = |c: &Covariance| {
-                [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| c.variance(axis, c.centre_mm.cross(axis))).iter().sum::<f64>() / 3.0
-            };
-            let sure_mm = layer.covariance.as_ref().map(|c| 1.96 * variance(c).sqrt()).filter(|mm| mm.is_finite());
-            (0.5 * voxel_mm).max(sure_mm.or(layer.residual_mm).unwrap_or(0.0))
-        };
-        let visible = self.layers.iter().zip(volumes).filter(|(layer, _)| layer.visible);
-        self.agree_within_mm.unwrap_or_else(|| visible.map(of).fold(0.0, f64::max))
     }
 
     /// Whether its pictures have values: one number for each pixel.

@@ -1,5 +1,6 @@
 //! What a person does to scans that are open, other than looking: corrects where their samples lie, names them, and puts them in order.
 
+use crate::compare::compared;
 use crate::opened::Opened;
 use crate::source::Source;
 use bregma_field::{Correction, GridError, Volume};
@@ -59,6 +60,12 @@ impl Opened {
             }
         };
         self.scene.clips.iter_mut().filter_map(|clip| clip.layers.as_mut()).flatten().for_each(|n| *n = swapped(*n));
+        self.pair.iter_mut().flatten().for_each(|n| *n = swapped(*n));
+    }
+
+    /// The two scans that are compared, if there are two.
+    pub fn compared(&self) -> Option<[usize; 2]> {
+        compared(&self.scene, self.pair)
     }
 
     /// Puts scan number `from` in place `to` of the list; those between move by one.

@@ -32,6 +32,12 @@ pub enum Compare {
     },
 }
 
+/// The two scans of a scene that are compared: those that are `chosen`, or the first two visible ones.
+pub fn compared(scene: &Scene, chosen: Option<[usize; 2]>) -> Option<[usize; 2]> {
+    let mut visible = (0..scene.layers.len()).filter(|n| scene.layers[*n].visible);
+    chosen.filter(|[a, b]| a != b && a.max(b) < &scene.layers.len()).or_else(|| Some([visible.next()?, visible.next()?]))
+}
+
 /// A picture to draw: its scene, and its pixels across and down.
 pub type Part = (Scene, [u32; 2]);
 
@@ -51,16 +57,10 @@ impl Compare {
         *self == Self::Off
     }
 
-    /// The first two visible scans, where they are compared.
-    fn pair(self, scene: &Scene) -> Option<[usize; 2]> {
-        let mut visible = (0..scene.layers.len()).filter(|n| scene.layers[*n].visible);
-        (!self.is_off()).then(|| Some([visible.next()?, visible.next()?])).flatten()
-    }
-
-    /// The pixels of the pictures to draw for one of `width`×`height` pixels: one for each of the first two visible scans, or one of all where
-    /// there are not two or nothing is compared.
-    pub fn sizes(self, scene: &Scene, [width, height]: [u32; 2]) -> Vec<[u32; 2]> {
-        match self.pair(scene) {
+    /// The pixels of the pictures to draw for one of `width`×`height` pixels: one for each scan of the `pair`, or one of all where there is none or
+    /// nothing is compared.
+    pub fn sizes(self, pair: Option<[usize; 2]>, [width, height]: [u32; 2]) -> Vec<[u32; 2]> {
+        match pair.filter(|_| !self.is_off()) {
             None => vec![[width, height]],
             // The same height is the same scale, whatever the width.
             Some(_) if self == Self::SideBySide && width > 1 => vec![[width / 2, height], [width - width / 2, height]],
@@ -69,14 +69,14 @@ impl Compare {
     }
 
     /// The pictures to draw, of [`Compare::sizes`].
-    pub fn parts(self, scene: &Scene, size: [u32; 2]) -> Vec<Part> {
-        let Some(pair) = self.pair(scene) else { return vec![(scene.clone(), size)] };
+    pub fn parts(self, scene: &Scene, pair: Option<[usize; 2]>, size: [u32; 2]) -> Vec<Part> {
+        let Some(two) = pair.filter(|_| !self.is_off()) else { return vec![(scene.clone(), size)] };
         let alone = |n: usize| {
             let mut scene = scene.clone();
-            scene.layers.iter_mut().enumerate().for_each(|(other, layer)| layer.visible &= other == n);
+            scene.layers.iter_mut().enumerate().for_each(|(other, layer)| layer.visible = other == n);
             scene
         };
-        pair.map(alone).into_iter().zip(self.sizes(scene, size)).collect()
+        two.map(alone).into_iter().zip(self.sizes(pair, size)).collect()
     }
 
     /// The pictures of [`Compare::parts`] as one, at the time `at_s`.
@@ -155,10 +155,11 @@ impl Compare {
         renderer: &mut dyn Renderer,
         volumes: &[Arc<Volume>],
         scene: &Scene,
+        pair: Option<[usize; 2]>,
         [width, height]: [u32; 2],
         samples: u32,
     ) -> Result<Picture, RenderError> {
-        let parts = self.parts(scene, [width, height]);
+        let parts = self.parts(scene, pair, [width, height]);
         let drawn: Result<Vec<_>, _> = parts.iter().map(|(scene, size)| renderer.still(volumes, scene, *size, samples)).collect();
         // There always is a part.
         self.join(&drawn?, 0.0).ok_or(RenderError::NoPixels { width, height })

@@ -27,7 +27,7 @@ pub mod thickness_picture;
 mod under;
 
 pub use bregma_measure::landmarks::{CRANIOMETRIC, Landmark, Template};
-pub use compare::{Compare, Part};
+pub use compare::{Compare, Part, compared};
 pub use keeping::Made;
 pub use kind::Kind;
 pub use machine::Machine;

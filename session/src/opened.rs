@@ -46,6 +46,8 @@ pub struct Opened {
     pub landmarks: Vec<Landmark>,
     /// How the scans are compared.
     pub compare: Compare,
+    /// Which two are, instead of the first two visible ones.
+    pub pair: Option<[usize; 2]>,
     /// How slices are looked at.
     pub slices: Slices,
     /// Registrations that are kept beside those that stand.
@@ -90,7 +92,18 @@ impl Opened {
         let scene = Scene::of(&volumes);
         let slices = Slices::of(&volumes.iter().map(|volume| volume.grid().clone()).collect::<Vec<_>>());
         let compare = Compare::Off;
-        Self { sources, volumes, scene, from_session: false, measurements: vec![], landmarks: vec![], compare, slices, poses: vec![] }
+        Self {
+            sources,
+            volumes,
+            scene,
+            from_session: false,
+            measurements: vec![],
+            landmarks: vec![],
+            compare,
+            pair: None,
+            slices,
+            poses: vec![],
+        }
     }
 
     /// The built-in demo pair.
@@ -170,7 +183,8 @@ impl Opened {
         match sessions.pop() {
             Some((_, only)) if only.volumes.len() == self.volumes.len() => {
                 (self.scene, self.from_session) = (only.scene, true);
-                (self.measurements, self.landmarks, self.compare) = (only.measurements, only.landmarks, only.compare);
+                (self.measurements, self.landmarks) = (only.measurements, only.landmarks);
+                (self.compare, self.pair) = (only.compare, only.pair);
                 self.slices = only.slices.unwrap_or(self.slices);
                 self.poses = only.poses;
             }
@@ -426,6 +440,7 @@ impl Session {
             measurements: opened.measurements.clone(),
             landmarks: opened.landmarks.clone(),
             compare: opened.compare,
+            pair: opened.pair,
             slices: Some(opened.slices),
             poses: opened.poses.clone(),
         }

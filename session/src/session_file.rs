@@ -43,6 +43,9 @@ pub struct Session {
     /// How the scans are compared.
     #[serde(default, skip_serializing_if = "Compare::is_off")]
     pub compare: Compare,
+    /// Which two are, by their numbers from 0, instead of the first two visible ones.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pair: Option<[usize; 2]>,
     /// How slices are looked at.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub slices: Option<Slices>,

@@ -24,9 +24,11 @@ pub fn looks(pair: &Scene) -> Vec<(&'static str, Scene)> {
         add("iso, shadows", Scene { shadows: true, ..base(Mode::Iso) });
         add("iso, analytic normals", Scene { normals: Normals::Analytic, ..base(Mode::Iso) });
         add("overlay, shadows", Scene { shadows: true, ..base(Mode::Overlay) });
+        add("depths, shadows", Scene { shadows: true, depths_within_mm: Some(6.0), ..base(Mode::Depths) });
         for face in [CutFace::Density, CutFace::Blend, CutFace::Difference, CutFace::Transfer] {
             add("iso, faces", Scene { cut_face: face, ..base(Mode::Iso) });
             add("overlay, faces", Scene { cut_face: face, ..base(Mode::Overlay) });
+            add("depths, faces", Scene { cut_face: face, ..base(Mode::Depths) });
         }
         let mut clear = base(Mode::Transparent);
         clear.layers[0].shells = vec![Shell { iso: pair.layers[0].iso + 40.0, color: Color([0.9, 0.2, 0.2]), opacity: 0.3 }];

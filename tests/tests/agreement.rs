@@ -82,3 +82,45 @@ fn mice_that_agree_are_one_without_speckle() {
     opened.scene.layers.iter_mut().for_each(|layer| layer.iso = 40.0);
     check("mice", &opened);
 }
+
+#[test]
+fn depths_between_two_skulls_are_told_in_colours() {
+    // Fails if a colour is not that of the depth between the first hits of both scans, its sign is turned round where the second one stands out, or
+    // a part that only one scan has is coloured as if it agreed. The truth are the depths of each scan drawn alone.
+    let [low, middle, high] = [[0.129, 0.400, 0.674], [0.93, 0.88, 0.77], [0.698, 0.094, 0.169_f32]];
+    let opened = Opened::demo(64, &Default::default()).unwrap();
+    let range_mm = 4.0;
+    let light = bregma_renderer::Light { ambient: 1.0, diffuse: 0.0, specular: 0.0, ..Default::default() };
+    let scene = Scene { mode: Mode::Depths, depths_within_mm: Some(range_mm), light, ..opened.scene.clone() };
+    let renderers: [Box<dyn Renderer>; 2] =
+        [Box::new(CpuRenderer::default()), Box::new(GpuRenderer::new(true).expect("a software Vulkan driver is installed by tests/run"))];
+    for mut renderer in renderers {
+        let mut draw = |scene: &Scene| renderer.render(&opened.volumes, scene, 300, 300).unwrap();
+        let picture = draw(&scene);
+        let alone = [0, 1].map(|n| {
+            let mut scene = Scene { mode: Mode::Iso, ..scene.clone() };
+            scene.layers[1 - n].visible = false;
+            draw(&scene)
+        });
+        let (mut both, mut one, mut beyond) = (0, 0, 0);
+        for (n, pixel) in picture.rgba.iter().enumerate() {
+            let [a, b] = [&alone[0], &alone[1]].map(|alone| alone.depth_mm[n]);
+            let expected = if a.is_finite() && b.is_finite() {
+                (both, beyond) = (both + 1, beyond + usize::from((a - b).abs() > range_mm as f32));
+                // The farther the first lies behind the second, the more the second stands out.
+                let difference = ((a - b) / range_mm as f32).clamp(-1.0, 1.0);
+                let end = if difference > 0.0 { high } else { low };
+                let color = [0, 1, 2].map(|c| middle[c] + (end[c] - middle[c]) * difference.abs());
+                [color[0], color[1], color[2], 1.0].map(|c: f32| (255.0 * c).round() as u8)
+            } else if let Some(seen) = alone.iter().find(|alone| alone.depth_mm[n].is_finite()) {
+                one += 1;
+                seen.rgba[n]
+            } else {
+                continue;
+            };
+            assert!(color_difference(*pixel, expected) <= 1, "pixel {n}: {a} and {b} mm are {pixel:?} instead of {expected:?}");
+        }
+        println!("{}: {both} pixels with both surfaces, {beyond} of them beyond the range, {one} with one", renderer.name());
+        assert!(both > 10_000 && beyond > 500 && one > 200);
+    }
+}

@@ -2,7 +2,8 @@
 
 use super::look::LookArgs;
 use super::parsers::{
-    Background, Plane, background, ball, field_of_view, number, one_of, pair, part, plane, point, positive, registration_file, size, solver,
+    Background, Plane, background, ball, field_of_view, number, one_of, pair, part, plane, point, positive, registration_file, size,
+    solver, two_scans,
 };
 use super::sources::Sources;
 use bregma_register::Part;
@@ -174,6 +175,9 @@ pub struct RenderArgs {
     /// Two scans in two pictures of one view: beside each other, left and right of a line, or by turns as on a chessboard
     #[arg(long, value_name = "side|swipe:PART|checker:N")]
     pub compare: Option<Compare>,
+    /// Which two scans --compare is of, by their numbers from 1 [default: the first two]
+    #[arg(long, value_name = "N,M", value_parser = two_scans, requires = "compare")]
+    pub pair: Option<[usize; 2]>,
     /// RRGGBB or transparent
     #[arg(long, value_name = "HEX", value_parser = background)]
     pub background: Option<Background>,

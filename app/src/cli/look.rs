@@ -86,6 +86,9 @@ pub struct LookArgs {
     /// the registration is]
     #[arg(long, value_name = "MM", value_parser = length)]
     pub agree: Option<f64>,
+    /// How far apart along the ray surfaces lie at the ends of the colours of --mode depths, mm [default: about a fortieth of the scans' size]
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    pub depth_range: Option<f64>,
     /// How thick a slice is, half of it on either side of its plane, mm
     #[arg(long, value_name = "MM", value_parser = positive)]
     pub thickness: Option<f64>,
@@ -100,7 +103,7 @@ pub struct LookArgs {
     pub depth_cue: Option<f64>,
 }
 
-fn no_volume(n: usize, count: usize) -> CommandError {
+pub fn no_volume(n: usize, count: usize) -> CommandError {
     CommandError::Usage(format!("there is no volume {n}; there are {count}, counted from 1"))
 }
 
@@ -185,6 +188,7 @@ impl LookArgs {
             scene.cut_face = self.cut_face.unwrap_or(scene.cut_face);
         }
         scene.agree_within_mm = self.agree.or(scene.agree_within_mm);
+        scene.depths_within_mm = self.depth_range.or(scene.depths_within_mm);
         scene.slice.thickness_mm = self.thickness.unwrap_or(scene.slice.thickness_mm);
         scene.slice.slab = self.slab.unwrap_or(scene.slice.slab);
         scene.slice.contour_px = self.contour.unwrap_or(scene.slice.contour_px);
@@ -233,6 +237,7 @@ impl LookArgs {
             ("--value-range", self.value_range.is_some(), numbers),
             ("--window and --level", self.window.is_some(), numbers || faces || slice && scene.slice.face != CutFace::Bone),
             ("--cut-face", self.cut_face.is_some(), cut || slice),
+            ("--depth-range", self.depth_range.is_some(), uses(Setting::Depths)),
             ("--agree", self.agree.is_some(), uses(Setting::Agreement)),
             ("--thickness", self.thickness.is_some(), slice),
             ("--contour", self.contour.is_some(), slice),

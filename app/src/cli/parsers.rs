@@ -66,6 +66,15 @@ pub fn number(text: &str) -> Result<f64, String> {
     text.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| "not a number".into())
 }
 
+/// The numbers of two scans, from 1.
+pub fn two_scans(text: &str) -> Result<[usize; 2], String> {
+    let parse = || {
+        let (a, b) = text.split_once(',')?;
+        Some([a.trim().parse().ok()?, b.trim().parse().ok()?]).filter(|[a, b]: &[usize; 2]| a != b && *a.min(b) > 0)
+    };
+    parse().ok_or_else(|| "not the numbers of two scans such as 1,3".into())
+}
+
 pub fn positive(text: &str) -> Result<f64, String> {
     number(text).ok().filter(|&v| v > 0.0).ok_or_else(|| "not a positive number".into())
 }

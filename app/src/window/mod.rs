@@ -275,8 +275,8 @@ impl Workstation {
                 let opened = &bench.work.opened;
                 bench.painter.samples_at_rest = bench.remembered.preferences.samples_at_rest;
                 match panels.painting(&bench.work) {
-                    Some((scene, coat)) => bench.painter.want(&opened.volumes, &scene, size, Compare::Off, Some(coat), resting),
-                    None => bench.painter.want(&opened.volumes, &opened.scene, size, opened.compare, None, resting),
+                    Some((scene, coat)) => bench.painter.want(&opened.volumes, &scene, size, (Compare::Off, None), Some(coat), resting),
+                    None => bench.painter.want(&opened.volumes, &opened.scene, size, (opened.compare, opened.compared()), None, resting),
                 }
             }
             Err(text) => bench.messages.note(text),
@@ -314,7 +314,7 @@ fn beside_menus(ui: &mut Ui, bench: &mut Bench, is_painted: bool) {
             // The map is of one scan.
             opened.compare = Compare::Off;
         } else if opened.scene.layers.iter().filter(|l| l.visible).count() > 1 {
-            compare_bar::show(ui, &mut opened.compare);
+            compare_bar::show(ui, opened);
         }
         ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
             if !bench.is_empty() {

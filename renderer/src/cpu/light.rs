@@ -91,24 +91,16 @@ pub(super) fn grey(brightness: f32) -> Vec3 {
 pub(super) fn color_of_faces(how: CutFace, own: Vec3, cut: &[(f32, Vec3)]) -> Vec3 {
     match (how, cut) {
         (CutFace::Blend, [_, _, ..]) => cut.iter().map(|(b, color)| *color * grey(*b)).sum::<Vec3>().min(Vec3::ONE),
-        (CutFace::Difference, [(a, _), (b, _), ..]) => {
-            let difference = (a - b).clamp(-1.0, 1.0);
-            let end = if difference > 0.0 { FIRST_IS_MORE } else { SECOND_IS_MORE };
-            Color(std::array::from_fn(|n| EQUAL[n] + (end[n] - EQUAL[n]) * difference.abs())).linear()
-        }
+        (CutFace::Difference, [(a, _), (b, _), ..]) => Color::diverging(a - b).linear(),
         _ => own,
     }
 }
-
-/// The ends and the middle of the diverging map RdBu (Brewer 2003), sRGB.
-pub(crate) const FIRST_IS_MORE: [f32; 3] = [0.698, 0.094, 0.169];
-pub(crate) const SECOND_IS_MORE: [f32; 3] = [0.129, 0.400, 0.674];
-pub(crate) const EQUAL: [f32; 3] = [0.969, 0.969, 0.969];
 
 #[cfg(test)]
 mod tests {
     use super::super::faces::face_color_at;
     use super::*;
+    use crate::color::BONE;
     use bregma_synthetic::Random;
     use fearless_simd::{Level, dispatch};
 
@@ -174,7 +166,7 @@ mod tests {
             assert!((face_color_at(&table, place).x - 4.0 * place.clamp(0.0, 1.0)).abs() < 1e-5);
             let [a, b] = [(number(&mut r), color), (number(&mut r), background)];
             let difference = |cut: &[(f32, Vec3)]| color_of_faces(CutFace::Difference, color, cut);
-            assert_eq!(difference(&[a, a]), Color(EQUAL).linear());
+            assert_eq!(difference(&[a, a]), Color(BONE).linear());
             assert!(if a.0 > b.0 {
                 difference(&[a, b]).x >= difference(&[b, a]).x
             } else {

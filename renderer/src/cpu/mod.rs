@@ -58,7 +58,7 @@ use packets::{Packet, Pixels, packets};
 use project::{Sought, project};
 use ray::{Gathered, View};
 use rayon::prelude::*;
-use shade::{draw_agreed, light, paint_faces};
+use shade::{color_by_depth, draw_agreed, light, paint_faces};
 use std::mem::discriminant;
 use std::sync::Arc;
 use trace::trace;
@@ -309,7 +309,12 @@ fn draw_band<S: Simd>(simd: S, frame: &Frame, scene: &Scene, band: Band<'_>) {
             continue;
         }
         let view = View::of(simd, frame, scene, &pixels);
-        let second = if frame.overlays { Some(nearest(simd, &hits, first.id)) } else { None };
+        let mut second = if frame.overlays { Some(nearest(simd, &hits, first.id)) } else { None };
+        if frame.depth_range_mm > 0.0
+            && let Some(behind) = second.take()
+        {
+            color_by_depth(simd, &view, &mut first, &behind);
+        }
         let normal = match &second {
             Some(second) => draw_agreed(simd, &view, &mut first, second),
             None => first.normal,

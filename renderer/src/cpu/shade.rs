@@ -7,6 +7,7 @@ use super::light::{color_of_faces, grey, known_normal};
 use super::nearest::Drawn;
 use super::ray::View;
 use super::shadows::shadowed;
+use crate::color::Color;
 use crate::frame::Frame;
 use crate::lanes::{Floats, Vecs, axes, dot, numbers};
 use crate::scene::{AGREED, Scene};
@@ -48,6 +49,19 @@ pub(super) fn draw_agreed<S: Simd>(simd: S, view: &View<'_, S>, first: &mut Draw
     let length = dot(&both, &both).sqrt();
     let is_known = agree & length.simd_gt(0.0);
     axes!(a => is_known.select(both[a] / length, first.normal[a]))
+}
+
+/// Gives the nearest hits the colour for how far behind them the second ones lie: more than none where the second volume is the nearer one.
+#[inline(always)]
+pub(super) fn color_by_depth<S: Simd>(simd: S, view: &View<'_, S>, first: &mut Drawn<S>, second: &Drawn<S>) {
+    let apart_mm = (second.s - first.s) * view.mm_per_depth;
+    let difference = first.id.simd_gt(second.id).select(apart_mm, -apart_mm) / view.frame.depth_range_mm;
+    let mut lanes = first.color.map(|c| c.to_array());
+    for lane in numbers(first.found & second.found & !first.is_face & !second.is_face) {
+        let color = Color::diverging(difference[lane]).linear();
+        (0..3).for_each(|a| lanes[a][lane] = color[a]);
+    }
+    first.color = lanes.map(|c| Floats::load_array(simd, c));
 }
 
 /// Paints the faces of cuts among what is drawn first: with the values of all volumes that are cut there.

@@ -3,8 +3,8 @@
 use super::blocks::BLOCK_PIXELS;
 use super::layout::{MASKS_ACROSS, UNFINISHED};
 use crate::appearance::FACE_COLORS;
-use crate::color::srgb;
-use crate::cpu::{brick, dvr, dvr_exact, dvr_steps, faces, gauss, let_through, light, project, segments, slice as plane};
+use crate::color::{self, srgb};
+use crate::cpu::{brick, dvr, dvr_exact, dvr_steps, faces, gauss, let_through, project, segments, slice as plane};
 use crate::roots::{analytic, cubic, spline};
 use crate::scene::CutFace;
 use crate::skip::WORDS;
@@ -60,9 +60,9 @@ constants! {
     PCG = dvr_steps::PCG;
     BLEND = CutFace::Blend as u32;
     TRANSFER = CutFace::Transfer as u32;
-    FIRST_IS_MORE = light::FIRST_IS_MORE;
-    SECOND_IS_MORE = light::SECOND_IS_MORE;
-    EQUAL = light::EQUAL;
+    DIVERGING_LOW = color::DIVERGING[0];
+    DIVERGING_MIDDLE = color::DIVERGING[1];
+    DIVERGING_HIGH = color::DIVERGING[2];
     SRGB_SLOPE = srgb::SLOPE;
     SRGB_OFFSET = srgb::OFFSET;
     SRGB_SCALE = srgb::SCALE;

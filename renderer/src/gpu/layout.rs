@@ -124,6 +124,8 @@ pub(super) struct ShadeParams {
     pub skin_mm: f32,
     pub agreed: [f32; 3],
     pub agreement_mm: f32,
+    pub depth_range_mm: f32,
+    pub padding: [u32; 3],
 }
 
 /// `ShadeLayer` of `shaders/shade.wgsl`.
@@ -262,7 +264,8 @@ mod tests {
                 cut_face,
                 skin_mm,
                 agreed,
-                agreement_mm
+                agreement_mm,
+                depth_range_mm
             ]
         );
         same_layout!(&shade, "ShadeLayer", ShadeLayer, [color, id]);

@@ -257,5 +257,7 @@ fn shade_params(frame: &Frame, scene: &Scene, passes: usize, stride: u32) -> Sha
         skin_mm: frame.skin_mm,
         agreed: AGREED.linear().to_array(),
         agreement_mm: frame.agreement_mm,
+        depth_range_mm: frame.depth_range_mm,
+        padding: [0; 3],
     }
 }

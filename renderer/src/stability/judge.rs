@@ -151,7 +151,7 @@ mod tests {
             true
         }
 
-        fn render(&mut self, _: &[Arc<Volume>], scene: &Scene, _: u32, _: u32) -> Result<Picture, RenderError> {
+        fn sample(&mut self, _: &[Arc<Volume>], scene: &Scene, _: [u32; 2], _: u32) -> Result<Picture, RenderError> {
             Err(RenderError::NeedsGpu(scene.solver))
         }
 

@@ -334,3 +334,44 @@ fn a_picture_at_rest_grows_smooth_and_then_costs_nothing() {
     settle(&mut window);
     std::fs::remove_file(file).unwrap();
 }
+
+#[test]
+fn any_two_of_three_scans_are_compared() {
+    // Fails if only the first two can be compared, a scan is compared with itself, or a closed scan leaves another in its place.
+    let files = [20, 24, 28].map(|n| ball(&format!("pair{n}"), n));
+    let sources = files.iter().map(|file| bregma_session::Source { file: file.clone(), ..Default::default() }).collect();
+    let mut window = open(Start::Files(sources));
+    wait(&mut window, "the scans", |w| !w.is_loading());
+    settle(&mut window);
+    choose(&mut window, Role::RadioButton, "Isosurface");
+    compare_by(&mut window, "Side by side");
+    let seen = |window: &Window| {
+        let picture = window.state().picture().unwrap();
+        let half = picture.width as usize / 2;
+        [0, 1].map(|side| {
+            let ids =
+                picture.volume_id.iter().enumerate().filter(|(n, id)| **id > 0 && usize::from(n % picture.width as usize >= half) == side);
+            ids.map(|(_, id)| *id).collect::<std::collections::BTreeSet<_>>().into_iter().collect::<Vec<_>>()
+        })
+    };
+    assert_eq!(seen(&window), [[1], [2]]);
+    let take = |window: &mut Window, side: &str, name: &str| {
+        window.get_by_label(side).click();
+        window.run_steps(3);
+        // The list hangs on its chooser; the same name stands on the scan's card, too.
+        let chooser = window.get_by_label(side).rect().center();
+        let away = |entry: &egui_kittest::Node<'_>| entry.rect().center().distance(chooser);
+        let entry = window.get_all_by_label(name).min_by(|a, b| away(a).total_cmp(&away(b))).unwrap();
+        entry.click();
+        window.run_steps(2);
+        settle(window);
+    };
+    let name = |n: usize| files[n].file_name().unwrap().to_string_lossy().into_owned();
+    take(&mut window, "Second scan compared", &name(2));
+    assert_eq!(seen(&window), [[1], [3]]);
+    // What stands on the other side changes places with it.
+    take(&mut window, "First scan compared", &name(2));
+    assert_eq!(seen(&window), [[3], [1]]);
+    screenshot(&mut window, "compare-any-two.png");
+    files.iter().for_each(|file| std::fs::remove_file(file).unwrap());
+}

@@ -2,6 +2,7 @@
 
 use crate::cli::args::{CameraArgs, RenderArgs};
 use crate::cli::error::CommandError;
+use crate::cli::look::no_volume;
 use crate::cli::opening::{open, require_spacing};
 use crate::cli::parsers::Plane;
 use crate::cli::terminal::warn;
@@ -30,10 +31,18 @@ pub fn render(args: &RenderArgs, machine: Machine) -> Result<(), CommandError> {
     let of_session = if matches!(opened.compare, Compare::Flicker { .. }) { Compare::Off } else { opened.compare };
     let compare = args.compare.unwrap_or(of_session);
     let visible = opened.scene.layers.iter().filter(|layer| layer.visible).count();
-    if args.compare.is_some_and(|compare| compare != Compare::Off) && visible < 2 {
+    if let Some(pair) = args.pair {
+        let count = opened.volumes.len();
+        if let Some(n) = pair.iter().find(|n| **n > count) {
+            return Err(no_volume(*n, count));
+        }
+        opened.pair = Some(pair.map(|n| n - 1));
+    }
+    let pair = opened.compared();
+    if args.compare.is_some_and(|compare| compare != Compare::Off) && pair.is_none() {
         return Err(CommandError::Usage(format!("--compare is of two scans; {visible} is visible: name another one")));
     }
-    let picture = compare.draw(machine.renderer()?.as_mut(), &opened.volumes, &opened.scene, [width, height], args.samples)?;
+    let picture = compare.draw(machine.renderer()?.as_mut(), &opened.volumes, &opened.scene, pair, [width, height], args.samples)?;
     let nothing = picture.rgba.iter().all(|c| *c == picture.rgba[0]);
     if nothing && picture.volume_id.iter().all(|&id| id == 0) {
         warn(&[format!("{}: the picture shows nothing from this view", args.out.display())]);

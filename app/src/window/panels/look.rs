@@ -29,6 +29,9 @@ pub fn show(ui: &mut Ui, bench: &mut Bench) {
         if scene.mode.uses(Setting::Agreement) {
             agreement(ui, scene, &opened.volumes);
         }
+        if scene.mode.uses(Setting::Depths) {
+            depth_range(ui, scene, &opened.volumes);
+        }
         if scene.mode.uses(Setting::Numbers) {
             value_range(ui, &mut scene.value_range, &opened.volumes);
             window(ui, &mut scene.window, || projected(scene.mode, &opened.volumes, picture));
@@ -90,6 +93,23 @@ fn agreement(ui: &mut Ui, scene: &mut Scene, volumes: &[Arc<Volume>]) {
         }
         if scene.agree_within_mm.is_some() && ui.button("Reset").on_hover_text("What it was at first").clicked() {
             scene.agree_within_mm = None;
+        }
+    });
+}
+
+/// How far apart surfaces lie at the ends of the colours.
+fn depth_range(ui: &mut Ui, scene: &mut Scene, volumes: &[Arc<Volume>]) {
+    ui.horizontal(|ui| {
+        let mut range_mm = scene.depth_range_mm(volumes);
+        let hint = "What lies so far apart along the line of sight, or farther, has the strongest colour";
+        ui.weak("Depths to");
+        let number =
+            DragValue::new(&mut range_mm).range(0.001..=1000.0).speed(0.02).max_decimals(3).suffix(" mm").update_while_editing(false);
+        if ui.add(number).on_hover_text(hint).accessible_name("Depths to").changed() {
+            scene.depths_within_mm = Some(range_mm);
+        }
+        if scene.depths_within_mm.is_some() && ui.button("Reset").on_hover_text("What it was at first").clicked() {
+            scene.depths_within_mm = None;
         }
     });
 }

@@ -95,6 +95,8 @@ fn close(work: &mut Work, n: usize) {
     opened.volumes.remove(n);
     opened.scene.layers.remove(n);
     cuts::forget_layer(&mut opened.scene.clips, n);
+    let kept = opened.pair.filter(|pair| !pair.contains(&n));
+    opened.pair = kept.map(|pair| pair.map(|other| other - usize::from(other > n)));
     if opened.volumes.is_empty() {
         work.measured = Measured::default();
         work.opened.measurements.clear();

@@ -139,7 +139,7 @@ impl Worker {
 
     /// The pictures that are put together, through one point of each pixel.
     fn parts(&mut self, shared: &Shared, wish: &Wish, reduction: u32, sample: u32) -> Result<Vec<Picture>, RenderError> {
-        let parts = wish.compare.parts(&wish.scene, wish.size);
+        let parts = wish.compare.parts(&wish.scene, wish.pair, wish.size);
         let parts = parts.iter().map(|(scene, size)| self.draw(shared, wish, scene, size.map(|n| n.div_ceil(reduction)), sample));
         let mut parts = parts.collect::<Result<Vec<_>, _>>()?;
         if let (Some(coat), Some(picture)) = (&wish.coat, parts.first_mut()) {
@@ -261,6 +261,7 @@ mod tests {
             size,
             sizes: vec![size],
             compare: Compare::Off,
+            pair: None,
             coat: None,
             samples: 1,
         };

@@ -52,7 +52,7 @@ impl Screen<'_> {
 }
 
 /// Text that stays legible on any background.
-fn text(painter: &Painter, at: Pos2, anchor: Align2, text: &str, size: f32) {
+pub fn text(painter: &Painter, at: Pos2, anchor: Align2, text: &str, size: f32) {
     let font = FontId::proportional(size);
     for shift in [vec2(1.0, 1.0), vec2(-1.0, 1.0), vec2(1.0, -1.0), vec2(-1.0, -1.0)] {
         painter.text(at + shift, anchor, text, font.clone(), Color32::from_black_alpha(140));

@@ -5,6 +5,7 @@ pub mod cast;
 pub mod compare_bar;
 mod cut_handles;
 mod drawing;
+mod legend;
 pub mod marks;
 pub mod navigate;
 pub mod painter;

@@ -17,6 +17,8 @@ pub(super) struct Wish {
     pub size: [u32; 2],
     pub sizes: Vec<[u32; 2]>,
     pub compare: Compare,
+    /// The scans that are compared.
+    pub pair: Option<[usize; 2]>,
     pub coat: Option<Arc<Coat>>,
     /// Points of each pixel once it rests.
     pub samples: u32,
@@ -107,20 +109,25 @@ impl Painter {
         volumes: &[Arc<Volume>],
         scene: &Scene,
         size: [u32; 2],
-        compare: Compare,
+        (compare, pair): (Compare, Option<[usize; 2]>),
         coat: Option<Arc<Coat>>,
         resting: bool,
     ) {
-        let sizes = compare.sizes(scene, size);
+        let sizes = compare.sizes(pair, size);
         let is_same = |w: &Wish| {
             let same_coat = w.coat.as_ref().map(Arc::as_ptr) == coat.as_ref().map(Arc::as_ptr);
             // Where the line of a swipe stands is not drawn: the pictures are put together anew.
-            same_coat && same_scans(&w.volumes, volumes) && w.sizes == sizes && w.scene == *scene && w.samples == self.samples_at_rest
+            same_coat
+                && same_scans(&w.volumes, volumes)
+                && w.sizes == sizes
+                && w.pair == pair
+                && w.scene == *scene
+                && w.samples == self.samples_at_rest
         };
         let same = self.wish.as_ref().is_some_and(is_same);
         let wish = match self.wish.take() {
             Some(wish) if same => wish,
-            _ => Wish { volumes: volumes.to_vec(), scene: scene.clone(), size, sizes, compare, coat, samples: self.samples_at_rest },
+            _ => Wish { volumes: volumes.to_vec(), scene: scene.clone(), size, sizes, compare, pair, coat, samples: self.samples_at_rest },
         };
         if !same || (resting && !self.exact && self.answered == self.number) {
             self.number += 1;

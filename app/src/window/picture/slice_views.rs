@@ -201,7 +201,7 @@ impl SliceView {
         // Beside each other there is no room here, and a line or squares are the picture's.
         let compare = if matches!(opened.compare, Compare::SideBySide | Compare::Flicker { .. }) { Compare::Off } else { opened.compare };
         let painter = self.painter.get_or_insert_with(|| Painter::of_slices(ctx));
-        painter.want(&opened.volumes, &scene, size, compare, None, resting);
+        painter.want(&opened.volumes, &scene, size, (compare, opened.compared()), None, resting);
     }
 }
 

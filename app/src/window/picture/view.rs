@@ -5,6 +5,7 @@ use super::by_hand::{ByHand, Drag};
 use super::cast::{Found, cast, out_of_bone};
 use super::compare_bar;
 use super::cut_handles::{self, Held};
+use super::legend;
 use super::marks::{self, Screen};
 use super::navigate;
 use super::painter::{self, Painted};
@@ -134,7 +135,7 @@ impl View {
             left = if work.opened.compare == Compare::SideBySide { right } else { left };
             (pane, [width, height])
         };
-        let mut panes: Vec<_> = work.opened.compare.sizes(&work.opened.scene, size).into_iter().map(pane).collect();
+        let mut panes: Vec<_> = work.opened.compare.sizes(work.opened.compared(), size).into_iter().map(pane).collect();
         panes.truncate(if work.opened.compare == Compare::SideBySide { 2 } else { 1 });
         panes
     }
@@ -192,6 +193,8 @@ impl View {
             }
         }
         if let Some((rect, size)) = panes.last().copied() {
+            legend::show(&painter, rect, &work.opened);
+            compare_bar::names(&painter, &work.opened, self.rect.unwrap_or(rect), ui.ctx().time());
             marks::scale_bar(ui, &Screen { camera: &work.opened.scene.camera, rect, size });
         }
         told
