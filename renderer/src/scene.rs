@@ -60,6 +60,8 @@ named! {
         Trilinear = "trilinear",
         /// The tricubic B-spline through the samples: smooth and slow, for stills, and another surface.
         Spline = "spline",
+        /// The sample that is nearest: boxes of a voxel's size, for looking at samples as they are. At the faces of the scan's box they are halves.
+        Nearest = "nearest",
     }
 }
 
@@ -460,12 +462,21 @@ impl Scene {
 
     /// Whether what is drawn are surfaces of the spline.
     pub fn draws_spline(&self) -> bool {
-        self.reconstruction == Reconstruction::Spline && self.mode.uses(Setting::Solver)
+        self.reconstructs() == Reconstruction::Spline
+    }
+
+    /// What lies between the samples of what is drawn.
+    pub fn reconstructs(&self) -> Reconstruction {
+        if self.mode.uses(Setting::Solver) { self.reconstruction } else { Reconstruction::Trilinear }
     }
 
     /// How surfaces are found within cells.
     pub(crate) fn method(&self) -> Method {
-        if self.draws_spline() { Method::Spline } else { Method::Solver(self.solver) }
+        match self.reconstructs() {
+            Reconstruction::Trilinear => Method::Solver(self.solver),
+            Reconstruction::Spline => Method::Spline,
+            Reconstruction::Nearest => Method::Voxels,
+        }
     }
 
     /// The direction toward the light in the world, unit.

@@ -40,6 +40,7 @@ pub fn looks(pair: &Scene) -> Vec<(&'static str, Scene)> {
         }
         add("shells", clear);
         add("spline, shadows", Scene { reconstruction: Reconstruction::Spline, shadows: true, ..base(Mode::Iso) });
+        add("nearest, shadows", Scene { reconstruction: Reconstruction::Nearest, shadows: true, ..base(Mode::Overlay) });
         for integrator in [Integrator::Steps { per_voxel: 2.0, jitter: true }, Integrator::Exact] {
             add("dvr", Scene { integrator, ..base(Mode::Dvr) });
             let mut thin = Scene { integrator, background: None, ..base(Mode::Dvr) };

@@ -677,3 +677,43 @@ fn normals_against_the_phantoms_own() {
     }
     assert!(cpu[1].half_deg < cpu[0].half_deg, "smooth normals are no better than the interpolant's own");
 }
+
+#[test]
+fn samples_drawn_as_they_are_are_boxes() {
+    // Fails if a sample's box is shifted by half a voxel, is larger or smaller than a voxel, or has no flat sides. One sample of a sheared grid's is
+    // inside; the truth is the box in index space.
+    let n = 9;
+    let shear = DMat3::from_cols(DVec3::X, DVec3::new(0.2, 0.9, 0.0), DVec3::new(0.0, -0.3, 0.95));
+    let grid = Grid::new([n, n, n], DVec3::new(1.0, 1.2, 0.8), DVec3::new(-4.0, -4.0, -3.0), shear).unwrap();
+    let mut samples = vec![0_u8; n * n * n];
+    samples[(4 * n + 3) * n + 5] = 200;
+    let volumes = [volume("one sample", grid.clone(), Samples::U8(samples))];
+    let mut scene = scene_of(&volumes, Mode::Iso);
+    (scene.layers[0].iso, scene.reconstruction) = (100.0, bregma_renderer::Reconstruction::Nearest);
+    let middle = grid.world(IndexPoint(DVec3::new(5.0, 3.0, 4.0))).0;
+    let renderers: [Box<dyn Renderer>; 2] = [Box::new(CpuRenderer::default()), Box::new(gpu())];
+    for mut renderer in renderers {
+        let (mut hits, mut farthest) = (0, 0.0_f64);
+        for direction in [DVec3::Y, DVec3::new(0.6, 0.7, -0.4), DVec3::new(-0.5, 0.3, 0.8)] {
+            let eye_mm = middle - 30.0 * direction.normalize();
+            scene.camera = Camera { eye_mm, target_mm: middle, up: DVec3::Z, projection: Projection::Orthographic { height_mm: 3.0 } };
+            let picture = renderer.render(&volumes, &scene, 60, 60).unwrap();
+            for (k, depth_mm) in picture.depth_mm.iter().enumerate() {
+                let ray = scene.camera.ray((k % 60) as f64, (k / 60) as f64, 60, 60);
+                let to_index = grid.world_to_index();
+                let (p, d) = (to_index.transform_point3(ray.origin.0) - DVec3::new(5.0, 3.0, 4.0), to_index.transform_vector3(ray.direction));
+                let [a, b] = [-0.5, 0.5].map(|side| (DVec3::splat(side) - p) / d);
+                let (near, far) = (a.min(b).max_element(), a.max(b).min_element());
+                if (near - far).abs() < 1e-3 {
+                    continue;
+                }
+                assert_eq!(depth_mm.is_finite(), near < far, "pixel {k} along {direction}");
+                if near < far {
+                    (hits, farthest) = (hits + 1, farthest.max((f64::from(*depth_mm) - near).abs()));
+                }
+            }
+        }
+        println!("{}: {hits} hits on a sample's box, at most {farthest:.1e} mm off", renderer.name());
+        assert!(hits > 500 && farthest < 1e-4);
+    }
+}

@@ -178,8 +178,8 @@ impl LookArgs {
         }
         scene.normals = self.normals.unwrap_or(scene.normals);
         scene.reconstruction = self.reconstruction.unwrap_or(scene.reconstruction);
-        if self.reconstruction == Some(Reconstruction::Spline) && !scene.mode.uses(Setting::Solver) {
-            let text = "--reconstruction spline is of opaque surfaces: use --mode overlay, or --mode iso without --opacity and --shell";
+        if self.reconstruction.is_some_and(|r| r != Reconstruction::Trilinear) && !scene.mode.uses(Setting::Solver) {
+            let text = "--reconstruction spline and nearest are of opaque surfaces: use --mode overlay, or --mode iso without --opacity and --shell";
             return Err(CommandError::Usage(text.into()));
         }
         if scene.is_slice() {
@@ -232,7 +232,7 @@ impl LookArgs {
             ("--transfer", !self.transfer.is_empty(), by_transfer),
             ("--integrator", self.integrator.is_some(), dvr),
             ("--no-jitter", self.no_jitter, steps),
-            ("--normals", self.normals.is_some(), shaded && !scene.draws_spline()),
+            ("--normals", self.normals.is_some(), shaded && scene.reconstructs() == Reconstruction::Trilinear),
             ("--gradient", self.gradient, numbers),
             ("--value-range", self.value_range.is_some(), numbers),
             ("--window and --level", self.window.is_some(), numbers || faces || slice && scene.slice.face != CutFace::Bone),

@@ -34,7 +34,7 @@ mod words;
 use bench::Bench;
 use bregma_field::Volume;
 use bregma_measure::DifferenceRay;
-use bregma_renderer::{Backend, BodyPlane, Integrator, Picture, Scene, Setting, Solver};
+use bregma_renderer::{Backend, BodyPlane, Integrator, Picture, Reconstruction, Scene, Setting, Solver};
 use bregma_session::{Compare, Source};
 use commands::COMMANDS;
 use egui::{Align, CentralPanel, Context, Frame, Label, Layout, Panel, Rect, RichText, Ui, ViewportCommand};
@@ -205,6 +205,7 @@ impl Workstation {
             let quality = match (p.reduction, scene.solver) {
                 (1, _) if scene.mode.uses(Setting::Transfer) && scene.integrator != Integrator::Exact => "in steps".to_owned(),
                 (1, _) if scene.draws_spline() => "B-spline, not the measured surface".to_owned(),
+                (1, _) if scene.reconstructs() == Reconstruction::Nearest => "samples as boxes, not the measured surface".to_owned(),
                 (1, Solver::Exact) => "exact".to_owned(),
                 (1, solver) => format!("by {solver}, which is not exact"),
                 (n, _) => format!("preview, 1/{n} across"),

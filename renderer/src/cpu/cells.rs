@@ -5,7 +5,7 @@
 use super::brick::{FAR, Hit, InBrick, Met, Pace, least};
 use super::volume::Field;
 use crate::lanes::{Floats, Ints, Mask, Vecs, axes, lerp};
-use crate::roots::{self, Entry, Method, spline};
+use crate::roots::{self, Entry, Method, spline, voxels};
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 use std::hint::black_box;
@@ -187,6 +187,7 @@ pub(super) fn solve<S: Simd>(
         Some(Method::Spline) => {
             spline::first_entry(simd, &field.source.taps(field.dims, &cell, of), [field.level, field.sign], &start, &end, of)
         }
+        Some(Method::Voxels) => voxels::first_entry(simd, &f, &start, &end, of),
         None => {
             black_box(&f);
             Entry { found: Mask::splat(simd, false), u: Floats::splat(simd, 0.0) }

@@ -10,7 +10,7 @@ use super::ray::View;
 use super::volume::{Field, world_line_of};
 use crate::frame::{Frame, FrameLayer};
 use crate::lanes::{Doubles, Floats, Ints, Mask, axes};
-use crate::roots::{Method, spline, trilinear};
+use crate::roots::{Method, spline, trilinear, voxels};
 use crate::scene::CutFace;
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
@@ -68,6 +68,7 @@ pub(super) fn face_of<S: Simd>(
                     let (value, _) = spline::value_and_gradient(simd, &field.source.taps(dims, &cell, is), &local);
                     field.sign * (value - field.level)
                 }
+                Method::Voxels => voxels::value(&field.corners(simd, &cell, is), &local),
                 Method::Solver(_) => trilinear(&field.corners(simd, &cell, is), &local),
             };
             Face { is, value }

@@ -12,7 +12,7 @@ use super::packets::Pixels;
 use super::volume::{Field, line_of, toward_viewer, world_line_of};
 use crate::frame::{Frame, FrameLayer};
 use crate::lanes::{Floats, Vecs, axes};
-use crate::roots::{Method, spline};
+use crate::roots::{Method, spline, voxels};
 use crate::scene::{Normals, Scene};
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
@@ -77,6 +77,7 @@ fn world_normal<S: Simd>(
         _ if method == Method::Spline => {
             spline::value_and_gradient(simd, &field.source.taps(field.dims, &hits.cell, hits.found), &hits.local).1
         }
+        _ if method == Method::Voxels => voxels::normal(simd, &hits.local),
         Normals::Smooth => field.source.smooth_gradient(simd, field.dims, &hits.cell, &hits.local, hits.found, &mut Around::unknown(simd)),
         Normals::Analytic => gradient(&field.corners(simd, &hits.cell, hits.found), &hits.local),
     };

@@ -5,7 +5,7 @@ use super::layout::{MASKS_ACROSS, UNFINISHED};
 use crate::appearance::FACE_COLORS;
 use crate::color::{self, srgb};
 use crate::cpu::{brick, dvr, dvr_exact, dvr_steps, faces, gauss, let_through, project, segments, slice as plane};
-use crate::roots::{analytic, cubic, spline};
+use crate::roots::{analytic, cubic, spline, voxels};
 use crate::scene::CutFace;
 use crate::skip::WORDS;
 use crate::slice;
@@ -37,6 +37,8 @@ constants! {
     REST_TOLERANCE = cubic::REST_TOLERANCE;
     SPLINE_DEGREE = spline::DEGREE as i32;
     SPLINE_LEAST = spline::LEAST;
+    VOXEL_MIDDLE = voxels::MIDDLE;
+    VOXEL_NEVER = voxels::NEVER;
     SPLINE_MAX_STEPS = spline::MAX_STEPS;
     SPLINE_STEP_TOLERANCE = spline::STEP_TOLERANCE;
     SPLINE_WEIGHTS = spline::WEIGHTS;

@@ -78,7 +78,8 @@ fn trace_shader(reads: Reads, method: Method, parts: Parts) -> (String, &'static
         }
         Method::Solver(Solver::Filter) => vec![("in_brick", "filter_cells")],
         Method::Spline if !is_timed => vec![("cell_entry", "spline"), ("field_at", "spline")],
-        Method::Spline => vec![],
+        Method::Voxels if !is_timed => vec![("cell_entry", "voxels"), ("field_at", "voxels")],
+        Method::Spline | Method::Voxels => vec![],
         Method::Solver(solver) => {
             let (file, own) = solver_module(solver);
             if !is_timed {
@@ -258,7 +259,7 @@ mod tests {
         let projections = [(RayValue::Max, true), (RayValue::Max, false), (RayValue::Mean, true), (RayValue::Mean, false)];
         let projections = projections.map(|(of, by_gradient)| Parts::Project { of, by_gradient, in_range: by_gradient });
         let projections = [Parts::Slice].into_iter().chain(projections);
-        for method in Solver::ALL.map(Method::Solver).into_iter().chain([Method::Spline]) {
+        for method in Solver::ALL.map(Method::Solver).into_iter().chain([Method::Spline, Method::Voxels]) {
             for parts in [Parts::Walk, Parts::Fetch, Parts::Solve, Parts::Shadow].into_iter().chain(projections.clone()) {
                 // Projections and slices have no solver.
                 if matches!(parts, Parts::Project { .. } | Parts::Slice) && method != Method::Solver(Solver::Exact) {

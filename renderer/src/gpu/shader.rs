@@ -80,6 +80,7 @@ modules![
     "unread",
     "unsolved",
     "volume",
+    "voxels",
     "walk",
 ];
 
@@ -210,8 +211,8 @@ mod tests {
         assert_eq!(files, MODULES.iter().map(|(name, _)| *name).collect::<Vec<_>>());
         for (name, _) in MODULES {
             let reads = if name.starts_with("filter") { Reads { component: Component::F32, in_layers: false } } else { LAYERS };
-            let filled: &[_] = if *name == "spline" { &[("cell_entry", "spline"), ("field_at", "spline")] } else { &[] };
-            let source = link(name, filled, &[reads]);
+            let filled = if ["spline", "voxels"].contains(name) { vec![("cell_entry", *name), ("field_at", *name)] } else { vec![] };
+            let source = link(name, &filled, &[reads]);
             let module = naga::front::wgsl::parse_str(&source).unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(&source)));
             let valid = Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module);
             assert!(valid.is_ok(), "{name}: {valid:?}");

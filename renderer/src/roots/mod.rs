@@ -13,6 +13,7 @@ mod marmitt;
 mod neubauer;
 mod segment_steps;
 pub(crate) mod spline;
+pub(crate) mod voxels;
 
 use crate::lanes::{Floats, Mask, Vecs, mix};
 use fearless_simd::Simd;
@@ -165,6 +166,8 @@ pub(crate) enum Method {
     Solver(Solver),
     /// Of the tricubic B-spline, of which the volume holds the coefficients.
     Spline,
+    /// Of boxes around the samples.
+    Voxels,
 }
 
 impl Method {

@@ -52,6 +52,17 @@ pub fn show(ui: &mut Ui, bench: &mut Bench) {
     });
 }
 
+/// What may be drawn instead of the trilinear interpolant, which is measured.
+const OTHERS: [(Reconstruction, &str, &str); 2] = [
+    (
+        Reconstruction::Spline,
+        "Spline",
+        "Draws the tricubic B-spline through the samples instead of the trilinear interpolant, which is measured: smooth, slow, and another surface, \
+         for pictures",
+    ),
+    (Reconstruction::Nearest, "Samples", "Draws each sample as a box, as it is: what the scan holds, before anything is laid between"),
+];
+
 /// What is on or off in the chosen mode.
 fn switches(ui: &mut Ui, scene: &mut Scene) {
     ui.horizontal_wrapped(|ui| {
@@ -60,11 +71,11 @@ fn switches(ui: &mut Ui, scene: &mut Scene) {
             ui.checkbox(&mut scene.shadows, "Shadows").on_hover_text(text);
         }
         if scene.mode.uses(Setting::Solver) {
-            let mut spline = scene.reconstruction == Reconstruction::Spline;
-            let text = "Draws the tricubic B-spline through the samples instead of the trilinear interpolant, which is measured: smooth, slow, and \
-                another surface, for pictures";
-            if ui.checkbox(&mut spline, "Spline").on_hover_text(text).changed() {
-                scene.reconstruction = if spline { Reconstruction::Spline } else { Reconstruction::Trilinear };
+            for (other, name, text) in OTHERS {
+                let mut is_drawn = scene.reconstruction == other;
+                if ui.checkbox(&mut is_drawn, name).on_hover_text(text).changed() {
+                    scene.reconstruction = if is_drawn { other } else { Reconstruction::Trilinear };
+                }
             }
         }
         if scene.mode.uses(Setting::Transfer) {
