@@ -3,7 +3,7 @@
 use crate::color::Color;
 use crate::modes::Gather;
 use crate::scene::{CutFace, Integrator, Layer, Scene, Shell, Window};
-use crate::transfer::{TransferFunction, classify};
+use crate::transfer::classify;
 use bregma_field::{Surface, Unit, Volume};
 use glam::{Vec3, Vec4};
 
@@ -161,7 +161,7 @@ pub(crate) const FACE_COLORS: usize = 4096;
 /// The colours of a layer's transfer function over its volume's range, on black.
 fn face_colors(layer: &Layer, volume: &Volume) -> Vec<Vec4> {
     let (controls, [low, high]) = (layer.controls(volume), volume.range());
-    let over_mm = layer.transfer.as_ref().unwrap_or(&TransferFunction::bone()).thickness_mm(volume) as f32;
+    let over_mm = layer.transfer_function().thickness_mm(volume) as f32;
     let color = |n: usize| {
         let paint = classify(&controls, low + (high - low) * n as f64 / (FACE_COLORS - 1) as f64);
         (paint.truncate() * -(-paint.w * over_mm).exp_m1()).extend(1.0)

@@ -40,7 +40,7 @@ pub use scene::{BACKGROUND, CutFace, Integrator, Layer, Light, Normals, PER_VOXE
 pub use skip::DistanceMap;
 pub use slice::{BodyPlane, Contour, Slab, Slice, WIDEST_CONTOUR_PX, view_of_plane};
 pub use still::{MOST_SAMPLES, Still};
-pub use transfer::{Control, GradientPoint, Point, TransferFunction, Values, classify};
+pub use transfer::{Control, GradientPoint, OVERALL, Point, TransferFunction, Values, classify};
 
 use bregma_field::{GridError, Volume};
 use serde::Serialize;

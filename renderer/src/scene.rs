@@ -136,7 +136,7 @@ pub struct Layer {
     /// Further isosurfaces, where surfaces are transparent.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub shells: Vec<Shell>,
-    /// How [`Mode::Dvr`] shows it; as bone when absent.
+    /// How [`Mode::Dvr`] shows it; as bone, in its own colour, when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub transfer: Option<TransferFunction>,
     /// Drawn or not.
@@ -178,9 +178,14 @@ impl Layer {
 }
 
 impl Layer {
+    /// How its values are coloured.
+    pub fn transfer_function(&self) -> TransferFunction {
+        self.transfer.clone().unwrap_or_else(|| TransferFunction::bone_in(self.color))
+    }
+
     /// The control points of its transfer function for its volume.
     pub fn controls(&self, volume: &Volume) -> Vec<Control> {
-        self.transfer.as_ref().unwrap_or(&TransferFunction::bone()).controls(volume, self.iso)
+        self.transfer_function().controls(volume, self.iso)
     }
 }
 

@@ -4,7 +4,7 @@ use bregma_field::Volume;
 use glam::{Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 
-use crate::color::Color;
+use crate::color::{BONE, Color};
 
 /// What the values of a transfer function's points are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -50,12 +50,28 @@ pub struct TransferFunction {
     /// Thickness that opacities are for, mm; the geometric mean of the scan's spacings when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub over_mm: Option<f64>,
+    /// What all extinctions are multiplied with: the whole is so much denser.
+    #[serde(default = "once", skip_serializing_if = "is_once")]
+    pub overall: f64,
     /// In ascending order of value.
     pub points: Vec<Point>,
     /// In ascending order; empty where the opacity does not depend on the gradient.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub gradient: Vec<GradientPoint>,
 }
+
+fn once() -> f64 {
+    1.0
+}
+
+// Serde asks with a reference.
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde's form")]
+fn is_once(overall: &f64) -> bool {
+    *overall == 1.0
+}
+
+/// What [`TransferFunction::overall`] can be: from hardly anything to opaque at once.
+pub const OVERALL: std::ops::RangeInclusive<f64> = 0.001..=1000.0;
 
 /// The extinction of an opacity of 1 would be infinite: this is as opaque as float32 can tell from 1.
 const MOST_OPACITY: f64 = 1.0 - 1e-7;
@@ -79,9 +95,23 @@ impl TransferFunction {
             name: "bone".into(),
             values: Values::Isovalue,
             over_mm: None,
+            overall: 1.0,
             points: vec![point(0.85, [0.75, 0.55, 0.4], 0.0), point(1.0, [0.9, 0.8, 0.65], 0.3), point(1.4, [1.0, 0.97, 0.9], 0.9)],
             gradient: vec![],
         }
+    }
+
+    /// The same in the colours of a scan that is told from others by `color`; of bone's own colour it is [`TransferFunction::bone`].
+    pub fn bone_in(color: Color) -> Self {
+        let mut function = Self::bone();
+        if color != Color(BONE) {
+            let shades = [SHADE, 1.0 - TINT, 1.0];
+            let lights = [0.0, TINT / 2.0, TINT];
+            for (point, (shade, light)) in function.points.iter_mut().zip(shades.into_iter().zip(lights)) {
+                point.color = Color(color.0.map(|c| (c * shade).max(0.0) * (1.0 - light) + light));
+            }
+        }
+        function
     }
 
     /// Reads the JSON form, or else a table: lines of value, red, green, blue (0 to 255) and opacity (0 to 1), apart by spaces, commas or
@@ -110,7 +140,7 @@ impl TransferFunction {
             let color = Color([red, green, blue].map(|c| (c / 255.0).clamp(0.0, 1.0) as f32));
             points.push(Point { value, color, opacity });
         }
-        Ok(Self { name: name.into(), values: Values::Scan, over_mm: None, points, gradient: vec![] })
+        Ok(Self { name: name.into(), values: Values::Scan, over_mm: None, overall: 1.0, points, gradient: vec![] })
     }
 
     /// The same, or the reason why it cannot be used.
@@ -128,6 +158,9 @@ impl TransferFunction {
         }
         if !self.points.iter().all(|p| share(p.opacity)) || !self.gradient.iter().all(|p| share(p.factor)) {
             return Err("has an opacity or factor that is not between 0 and 1".into());
+        }
+        if !OVERALL.contains(&self.overall) {
+            return Err("has an overall factor of its opacities that is not between 0.001 and 1000".into());
         }
         if self.over_mm.is_some_and(|mm| !(mm > 0.0 && mm.is_finite())) {
             return Err("has opacities for a thickness (over_mm) that is not above 0".into());
@@ -151,7 +184,7 @@ impl TransferFunction {
         let control = |p: &Point| Control {
             value: value(p.value),
             color: p.color.linear(),
-            extinction_per_mm: -(-p.opacity.min(MOST_OPACITY)).ln_1p() / over_mm,
+            extinction_per_mm: -(-p.opacity.min(MOST_OPACITY)).ln_1p() * self.overall / over_mm,
         };
         let mut controls: Vec<Control> = self.points.iter().map(control).collect();
         // An isovalue below the lowest value would turn them round.
@@ -159,6 +192,10 @@ impl TransferFunction {
         controls
     }
 }
+
+/// How dark the first points of a tinted function are, and how far its last ones are on their way to white: its shape is seen by that.
+const SHADE: f32 = 0.6;
+const TINT: f32 = 0.3;
 
 /// The lowest value from which on something may be seen; none where nothing is.
 pub(crate) fn lowest_visible(controls: &[Control]) -> Option<f64> {
@@ -204,6 +241,7 @@ mod tests {
             name: "any".into(),
             values: if r.unit() < 0.5 { Values::Scan } else { Values::Isovalue },
             over_mm: (r.unit() < 0.5).then(|| 0.1 + r.unit()),
+            overall: if r.unit() < 0.5 { 1.0 } else { 0.5 + r.unit() },
             points: ascending(r, 6.0, -1.0).into_iter().map(|value| point(value, r)).collect(),
             gradient: ascending(r, 3.0, 0.0).into_iter().map(|per_mm| GradientPoint { per_mm, factor: r.unit() }).collect(),
         }
@@ -219,7 +257,7 @@ mod tests {
             let controls = function.controls(&volume, 4000.0 * r.unit() - 2000.0);
             assert!(controls.windows(2).all(|pair| pair[0].value <= pair[1].value), "{controls:?}");
             let over_mm = function.thickness_mm(&volume);
-            let mut opacities: Vec<f64> = controls.iter().map(|c| -(-c.extinction_per_mm * over_mm).exp_m1()).collect();
+            let mut opacities: Vec<f64> = controls.iter().map(|c| -(-c.extinction_per_mm * over_mm / function.overall).exp_m1()).collect();
             let mut expected: Vec<f64> = function.points.iter().map(|p| p.opacity).collect();
             [&mut opacities, &mut expected].into_iter().for_each(|v| v.sort_by(f64::total_cmp));
             assert!(opacities.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-6), "{opacities:?} are not {expected:?}");

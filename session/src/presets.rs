@@ -1,6 +1,7 @@
 //! Ready-made looks: transfer functions with further isosurfaces, each a small file. Those of the program are built in; users' own lie beside its
 //! settings and go before them. A look is how a scan is seen, and never what is measured of it.
 
+use crate::shelf::{Shelf, ShelfError};
 use bregma_field::Volume;
 use bregma_renderer::{Color, Layer, Shell, TransferFunction, Values};
 use serde::{Deserialize, Serialize};
@@ -62,21 +63,20 @@ const BUILT_IN: [&str; 5] = [
 ];
 
 /// Where users keep their own: `bregma/presets` in the folder for settings.
-pub fn own_folder() -> Option<PathBuf> {
-    let set = |name: &str| std::env::var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
-    let settings = set("XDG_CONFIG_HOME").or_else(|| set("APPDATA")).or_else(|| set("HOME").map(|home| home.join(".config")));
-    settings.map(|folder| folder.join("bregma").join("presets"))
+pub fn shelf() -> Option<Shelf> {
+    Shelf::of("presets")
+}
+
+/// Users' own, with their files; those that cannot be read are left out.
+pub fn own() -> Vec<(PathBuf, Preset)> {
+    let files = shelf().map(|shelf| shelf.files()).unwrap_or_default();
+    files.into_iter().filter_map(|file| read(&file).ok().map(|preset| (file, preset))).collect()
 }
 
 /// All presets by name, users' own first; files that cannot be read are left out, and reported.
 pub fn all() -> (Vec<Preset>, Vec<PresetError>) {
-    // What file managers leave there is no preset, and neither is a folder.
-    let is_preset = |file: &PathBuf| file.is_file() && !file.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."));
-    let entries = own_folder().and_then(|folder| fs::read_dir(folder).ok()).into_iter().flatten().flatten();
-    let mut files: Vec<PathBuf> = entries.map(|e| e.path()).filter(is_preset).collect();
-    files.sort();
     let (mut presets, mut errors) = (vec![], vec![]);
-    for file in files {
+    for file in shelf().map(|shelf| shelf.files()).unwrap_or_default() {
         match read(&file) {
             Ok(preset) => presets.push(preset),
             Err(error) => errors.push(error),
@@ -125,6 +125,42 @@ fn parse(text: &str, name: &str) -> Result<Preset, String> {
 }
 
 impl Preset {
+    /// The look that a layer has.
+    pub fn of(layer: &Layer, volume: &Volume) -> Self {
+        let transfer = layer.transfer_function();
+        let (low, own) = (volume.range()[0], layer.iso);
+        let value = |iso: f64| match transfer.values {
+            Values::Scan => iso,
+            Values::Isovalue if own != low => (iso - low) / (own - low),
+            Values::Isovalue => 1.0,
+        };
+        let surface = |iso: f64, color: Color, opacity: f32| PresetSurface { value: value(iso), color: color.hex(), opacity };
+        let further = layer.shells.iter().map(|shell| surface(shell.iso, shell.color, shell.opacity));
+        let surfaces = further.chain([surface(own, layer.color, layer.opacity)]).collect();
+        Self { transfer, surfaces }
+    }
+
+    /// The same under another name.
+    pub fn named(mut self, name: &str) -> Self {
+        name.trim().clone_into(&mut self.transfer.name);
+        self
+    }
+
+    /// Puts it on a shelf under its name.
+    pub fn save(&self, shelf: &Shelf) -> Result<PathBuf, ShelfError> {
+        shelf.save(&self.transfer.name, &self.text())
+    }
+
+    /// Gives it, kept in `file`, another name there.
+    pub fn rename(&self, shelf: &Shelf, file: &Path, name: &str) -> Result<PathBuf, ShelfError> {
+        let renamed = self.clone().named(name);
+        shelf.rename(file, &renamed.transfer.name, &renamed.text())
+    }
+
+    fn text(&self) -> String {
+        serde_json::to_string_pretty(self).expect("a preset has only numbers, texts and lists")
+    }
+
     /// Gives a layer this look: its transfer function, and its further isosurfaces where it has any. What is measured stays as it is, and so do
     /// the colour and the opacity that tell scans apart: the last of the preset's surfaces stands for the layer's own.
     pub fn apply(&self, layer: &mut Layer, volume: &Volume) {
@@ -145,6 +181,29 @@ impl Preset {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
     use super::*;
+
+    #[test]
+    fn the_look_of_a_scan_is_put_on_a_shelf_and_taken_from_it() {
+        // Fails if a transfer function, its overall opacity or a further surface is lost on the way, or comes to lie at another value.
+        let folder = std::env::temp_dir().join(format!("bregma-presets-{}", std::process::id()));
+        let shelf = Shelf::at(&folder);
+        let opened = crate::Opened::demo(16, &Default::default()).unwrap();
+        let (volume, mut layer) = (&opened.volumes[1], opened.scene.layers[1].clone());
+        for values in [Values::Isovalue, Values::Scan] {
+            let mut transfer = TransferFunction { values, overall: 2.5, ..TransferFunction::bone() };
+            transfer.points.iter_mut().for_each(|p| p.color = Color::from_hex(&p.color.hex()).unwrap());
+            layer.transfer = Some(transfer);
+            layer.shells = vec![Shell { iso: -150.0, color: Color::from_hex("d9a184").unwrap(), opacity: 0.25 }];
+            let file = Preset::of(&layer, volume).named("mine").save(&shelf).unwrap();
+            let mut other = opened.scene.layers[1].clone();
+            read(&file).unwrap().apply(&mut other, volume);
+            let shell = other.shells[0];
+            assert!((shell.iso + 150.0).abs() < 1e-9 && shell.color == layer.shells[0].color && shell.opacity == 0.25);
+            let taken = other.transfer.unwrap();
+            assert_eq!((taken.name.as_str(), taken.overall, &taken.points), ("mine", 2.5, &layer.transfer.as_ref().unwrap().points));
+        }
+        fs::remove_dir_all(folder).unwrap();
+    }
 
     #[test]
     fn every_built_in_preset_is_one() {

@@ -290,6 +290,7 @@ fn the_exact_integral_is_the_quadratures() {
         layer.transfer = Some(TransferFunction {
             name: "bands".into(),
             values: Values::Scan,
+            overall: 1.0,
             over_mm: Some(1.0),
             points: vec![
                 point(20.0, [1.0, 0.0, 0.2], 0.0),
@@ -502,7 +503,8 @@ fn a_cuts_face_by_transfer_function_has_its_colours() {
     scene.layers[0].transfer = Some(TransferFunction {
         name: "red to blue".into(),
         values: Values::Scan,
-        over_mm: Some(1.0),
+        overall: 1.0,
+            over_mm: Some(1.0),
         points: vec![
             Point { value: 0.0, color: Color([1.0, 0.0, 0.0]), opacity: 0.0 },
             Point { value: 150.0, color: Color([0.0, 0.0, 1.0]), opacity: 0.9 },
@@ -535,7 +537,8 @@ fn equal_samples_are_shaded_alike_on_both_backends() {
     let grid = Grid::new([12; 3], DVec3::ONE, DVec3::splat(-5.5), DMat3::IDENTITY).unwrap();
     let volumes = [volume("even", grid, Samples::I16(vec![100; 1728]))];
     let mut scene = scene_of(&volumes, Mode::Dvr);
-    let transfer = TransferFunction { values: Values::Scan, over_mm: Some(10.0), ..TransferFunction::bone() };
+    let transfer = TransferFunction { values: Values::Scan, overall: 1.0,
+            over_mm: Some(10.0), ..TransferFunction::bone() };
     let point = |value: f64, opacity: f64| Point { value, color: Color([0.9, 0.6, 0.3]), opacity };
     scene.layers[0].transfer = Some(TransferFunction { points: vec![point(33.3, 0.0), point(77.7, 0.3)], ..transfer });
     let [a, b] = [&mut CpuRenderer::default() as &mut dyn Renderer, &mut gpu()].map(|r| r.render(&volumes, &scene, 80, 80).unwrap());
@@ -701,7 +704,8 @@ fn samples_drawn_as_they_are_are_boxes() {
             for (k, depth_mm) in picture.depth_mm.iter().enumerate() {
                 let ray = scene.camera.ray((k % 60) as f64, (k / 60) as f64, 60, 60);
                 let to_index = grid.world_to_index();
-                let (p, d) = (to_index.transform_point3(ray.origin.0) - DVec3::new(5.0, 3.0, 4.0), to_index.transform_vector3(ray.direction));
+                let (p, d) =
+                    (to_index.transform_point3(ray.origin.0) - DVec3::new(5.0, 3.0, 4.0), to_index.transform_vector3(ray.direction));
                 let [a, b] = [-0.5, 0.5].map(|side| (DVec3::splat(side) - p) / d);
                 let (near, far) = (a.min(b).max_element(), a.max(b).min_element());
                 if (near - far).abs() < 1e-3 {

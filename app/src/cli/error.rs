@@ -7,6 +7,7 @@ use bregma_renderer::RenderError;
 use bregma_renderer::stability::StabilityError;
 use bregma_session::InputError;
 use bregma_session::chart::ChartError;
+use bregma_session::looks::LookError;
 use bregma_session::output::{FolderError, OutputError};
 use bregma_session::presets::PresetError;
 use bregma_session::record::{RecordError, VerifyError};
@@ -42,6 +43,9 @@ pub enum CommandError {
     /// A look that is not there.
     #[error(transparent)]
     Preset(#[from] PresetError),
+    /// A look that there is not.
+    #[error(transparent)]
+    Look(#[from] LookError),
     /// Standard output broke.
     #[error("standard output cannot be written ({0})")]
     Stdout(io::Error),

@@ -3,17 +3,20 @@
 use super::error::CommandError;
 use super::parsers::{color, length, number, numbers, one_of, positive, range, share};
 use bregma_renderer::{
-    Clip, Color, CutFace, Integrator, Layer, Mode, Normals, PER_VOXEL, Reconstruction, Scene, Setting, Shape, Shell, Slab,
-    WIDEST_CONTOUR_PX, Window,
+    Clip, Color, CutFace, GradientPoint, Integrator, Layer, Mode, Normals, OVERALL, PER_VOXEL, Reconstruction, Scene, Setting, Shape,
+    Shell, Slab, TransferFunction, WIDEST_CONTOUR_PX, Window,
 };
-use bregma_session::Opened;
 use bregma_session::presets::{self, Preset};
+use bregma_session::{Opened, looks};
 use clap::Args;
 use glam::DVec3;
 
 /// How the scene looks.
 #[derive(Debug, Args)]
 pub struct LookArgs {
+    /// A look that was saved in the window, or its file: mode, light, colours and transfer functions; other options go before it
+    #[arg(long, value_name = "NAME|FILE")]
+    pub look: Option<String>,
     /// Surfaces keep the light from each other
     #[arg(long)]
     pub shadows: bool,
@@ -45,6 +48,12 @@ pub struct LookArgs {
     /// A transfer function with its further isosurfaces, by the same names: once for all, or once for each volume. It moves no isovalue
     #[arg(long, value_name = "NAME|FILE", value_delimiter = ',', conflicts_with = "transfer")]
     pub preset: Vec<String>,
+    /// What the opacities of dvr are multiplied with along each mm, 0.001 to 1000: once for all, or once for each volume
+    #[arg(long, value_name = "V", value_parser = overall, value_delimiter = ',')]
+    pub overall_opacity: Vec<f64>,
+    /// Factors of the opacity of dvr by how fast values change, per mm, ascending; given again, of the next volume
+    #[arg(long, value_name = "PER_MM:FACTOR,...", value_parser = by_gradient)]
+    pub gradient_opacity: Vec<ByGradient>,
     /// How dvr integrates: exact, or steps:N with N points in a voxel's length [default: steps:2]
     #[arg(long, value_name = "exact|steps:N", value_parser = integrator)]
     pub integrator: Option<Integrator>,
@@ -125,6 +134,9 @@ pub fn set_each<L, V>(layers: &mut [L], values: &[V], option: &str, set: impl Fn
 impl LookArgs {
     /// Gives the scene this look, in `mode` where that is asked for.
     pub fn apply(&self, opened: &mut Opened, mode: Option<Mode>) -> Result<(), CommandError> {
+        if let Some(name) = &self.look {
+            looks::find(name)?.apply(&mut opened.scene);
+        }
         opened.scene.mode = mode.unwrap_or(opened.scene.mode);
         self.apply_ready_made(opened)?;
         self.apply_to_layers(&mut opened.scene)?;
@@ -144,7 +156,14 @@ impl LookArgs {
             }
         }
         let set = |layer: &mut Layer, look: &Preset| layer.transfer = Some(look.transfer.clone());
-        set_each(&mut scene.layers, &find(&self.transfer)?, "--transfer", set)
+        set_each(&mut scene.layers, &find(&self.transfer)?, "--transfer", set)?;
+        let denser =
+            |layer: &mut Layer, overall: &f64| layer.transfer = Some(TransferFunction { overall: *overall, ..layer.transfer_function() });
+        set_each(&mut scene.layers, &self.overall_opacity, "--overall-opacity", denser)?;
+        let edges = |layer: &mut Layer, by: &ByGradient| {
+            layer.transfer = Some(TransferFunction { gradient: by.0.clone(), ..layer.transfer_function() });
+        };
+        set_each(&mut scene.layers, &self.gradient_opacity, "--gradient-opacity", edges)
     }
 
     /// Colours, opacities and further isosurfaces.
@@ -230,6 +249,8 @@ impl LookArgs {
             ("--inner-color", !self.inner_color.is_empty(), shells),
             ("--shell", !self.shell.is_empty(), shells),
             ("--transfer", !self.transfer.is_empty(), by_transfer),
+            ("--overall-opacity", !self.overall_opacity.is_empty(), by_transfer),
+            ("--gradient-opacity", !self.gradient_opacity.is_empty(), dvr),
             ("--integrator", self.integrator.is_some(), dvr),
             ("--no-jitter", self.no_jitter, steps),
             ("--normals", self.normals.is_some(), shaded && scene.reconstructs() == Reconstruction::Trilinear),
@@ -269,6 +290,25 @@ fn integrator(text: &str) -> Result<Integrator, String> {
     let count = text.strip_prefix("steps:").and_then(|n| n.parse::<f32>().ok()).filter(|n| PER_VOXEL.contains(n));
     let steps = |per_voxel| Integrator::Steps { per_voxel, jitter: true };
     count.map(steps).ok_or_else(|| "neither `exact` nor `steps:N` with N from 0.01 to 1000 points in a voxel's length".into())
+}
+
+/// Factors of the opacity by the gradient.
+#[derive(Clone, Debug)]
+pub struct ByGradient(Vec<GradientPoint>);
+
+fn by_gradient(text: &str) -> Result<ByGradient, String> {
+    let point = |part: &str| {
+        let (per_mm, factor) = part.split_once(':')?;
+        let [per_mm, factor] = [per_mm, factor].map(|text| text.trim().parse::<f64>().ok().filter(|v| v.is_finite()));
+        Some(GradientPoint { per_mm: per_mm?, factor: factor? })
+    };
+    let points = text.split(',').map(point).collect::<Option<Vec<_>>>();
+    let points = points.ok_or("not factors by gradients such as 0:0,20:1")?;
+    TransferFunction { gradient: points, ..TransferFunction::bone() }.checked().map(|function| ByGradient(function.gradient))
+}
+
+fn overall(text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|v| OVERALL.contains(v)).ok_or_else(|| "not a factor from 0.001 to 1000".into())
 }
 
 fn direction(text: &str) -> Result<DVec3, String> {

@@ -13,6 +13,7 @@ mod keeping;
 mod kept_poses;
 mod layout;
 mod looking;
+mod looks;
 mod measuring;
 mod opening;
 mod registering;

@@ -8,6 +8,7 @@ mod histogram;
 mod landmarks;
 mod light;
 mod look;
+mod looks;
 mod poses;
 mod ray_form;
 mod rays;
@@ -34,6 +35,7 @@ use bregma_session::register::apart;
 use bregma_session::thickness::Coat;
 use chart::ChartPanel;
 use egui::{Key, Modifiers, Rect, ScrollArea, Ui};
+use looks::LooksPanel;
 use ray_form::RayForm;
 use register::RegisterPanel;
 use scan::ScanPanel;
@@ -60,6 +62,8 @@ pub struct Panels {
     upright: UprightPanel,
     /// What is known of one scan.
     scan: ScanPanel,
+    /// Looks that are kept by name.
+    looks: LooksPanel,
 }
 
 /// The panels on the right: one is seen at a time.
@@ -113,7 +117,7 @@ const PLAIN: Panel =
 
 const NONE: Modifiers = Modifiers::NONE;
 
-const PANELS: [Panel; 11] = [
+const PANELS: [Panel; 12] = [
     Panel {
         place: Place::Left,
         show: |p, bench, ui| {
@@ -186,6 +190,11 @@ const PANELS: [Panel; 11] = [
         commands: &[Command::new(Menu::Measure, "Hold upright…", &[], |p, _, _| p.upright.open())],
         poll: |p, _| p.upright.poll(),
         show: |p, bench, ui| p.upright.show(ui.ctx(), bench),
+        ..PLAIN
+    },
+    Panel {
+        commands: &[Command::new(Menu::View, "Looks…", &[], |p, b, _| p.looks.toggle(b))],
+        show: |p, bench, ui| p.looks.show(ui.ctx(), bench),
         ..PLAIN
     },
     Panel {

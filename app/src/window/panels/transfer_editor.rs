@@ -4,7 +4,7 @@ use super::super::widgets::{self, color, color_button};
 use super::histogram;
 use bregma_field::Volume;
 use bregma_measure::export::suffix;
-use bregma_renderer::{Color, GradientPoint, Layer, Point, TransferFunction, Values, classify};
+use bregma_renderer::{Color, GradientPoint, Layer, OVERALL, Point, TransferFunction, Values, classify};
 use bregma_session::presets::{self, Preset, PresetError};
 use egui::{Button, Color32, DragValue, PointerButton, Pos2, Rect, Role, Sense, Stroke, Ui, Vec2, WidgetInfo, pos2, vec2};
 use std::sync::Arc;
@@ -38,7 +38,8 @@ pub fn presets_menu(ui: &mut Ui, title: &str, volume: &Volume, layer: &mut Layer
     if button.inner.is_none() {
         ui.data_mut(|d| d.remove_temp::<Arc<(Vec<Preset>, Vec<PresetError>)>>(id));
     }
-    let hint = "Ready-made colours, opacities and further surfaces; the isovalue that is measured stays. Your own are files in the program's presets folder";
+    let hint =
+        "Ready-made colours, opacities and further surfaces; the isovalue that is measured stays. Your own are kept by View › Looks…";
     button.response.on_hover_text(hint).accessible_name(format!("Look of {}", volume.name()));
 }
 
@@ -86,6 +87,7 @@ pub fn show(ui: &mut Ui, volume: &Volume, layer: &mut Layer) {
         selected = selected.min(function.points.len() - 1);
     }
     numbers(ui, volume, &mut function, selected, &field);
+    overall(ui, name, &mut function);
     gradient(ui, volume, &mut function);
     ui.data_mut(|d| d.insert_temp::<usize>(id, selected));
     if function != before {
@@ -100,7 +102,7 @@ const CHANGED: &str = ", changed";
 
 /// The layer's function with points in the scan's own values, as they are shown.
 fn of_scan(volume: &Volume, layer: &Layer) -> TransferFunction {
-    let mut function = layer.transfer.clone().unwrap_or_else(TransferFunction::bone);
+    let mut function = layer.transfer_function();
     let controls = function.controls(volume, layer.iso);
     if function.values == Values::Isovalue {
         function
@@ -177,7 +179,7 @@ fn backdrop(ui: &Ui, field: &Field, volume: &Volume, layer: &Layer) {
     let columns = histogram::columns(volume, width);
     let top = columns.iter().fold(1.0_f32, |a, &b| a.max(b));
     let controls = layer.controls(volume);
-    let function = layer.transfer.clone().unwrap_or_else(TransferFunction::bone);
+    let function = layer.transfer_function();
     let over_mm = function.thickness_mm(volume);
     for (n, count) in columns.iter().enumerate() {
         let x = field.rect.left() + n as f32;
@@ -221,6 +223,23 @@ fn numbers(ui: &mut Ui, volume: &Volume, function: &mut TransferFunction, select
             point.value = between(function, selected, point.value, field);
         }
         function.points[selected] = point;
+    });
+}
+
+/// How dense the whole is.
+fn overall(ui: &mut Ui, name: &str, function: &mut TransferFunction) {
+    ui.horizontal(|ui| {
+        ui.weak("All opacities");
+        let speed = 0.01 * function.overall;
+        let number = DragValue::new(&mut function.overall)
+            .custom_formatter(widgets::number)
+            .speed(speed)
+            .range(OVERALL)
+            .max_decimals(3)
+            .prefix("× ");
+        ui.add(number.update_while_editing(false))
+            .on_hover_text("What the light loses along each mm is multiplied with: the whole is so much denser")
+            .accessible_name(format!("All opacities of {name}"));
     });
 }
 
