@@ -84,9 +84,9 @@ impl<P> Command<P> {
 }
 
 const MOUSE: [(&str, &str); 7] = [
-    ("Left-drag", "rotate"),
-    ("Middle-drag or Shift + left-drag", "move"),
-    ("Right-drag or wheel", "zoom"),
+    ("Left-drag, arrows", "rotate"),
+    ("Middle-drag, Shift + left-drag or arrows", "move"),
+    ("Wheel (at the mouse), right-drag, + and −", "zoom"),
     ("Ctrl + left-drag", "roll"),
     ("Click on bone", "measure with the chosen tool"),
     ("While a scan is moved by hand", "left-drag moves it, Ctrl turns it, Alt turns the view"),

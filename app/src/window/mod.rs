@@ -260,7 +260,7 @@ impl Workstation {
         let Some(rect) = picture else { return };
         let ui = &mut ui.new_child(egui::UiBuilder::new().max_rect(rect));
         bench.under_mm = bench.under_mm.or_else(|| bench.view.under(ui, &bench.work));
-        match bench.view.show(ui, &mut bench.work, &bench.found, bench.hovered_mm) {
+        match bench.view.show(ui, &mut bench.work, &bench.found, bench.hovered_mm, bench.remembered.turns_freely) {
             Ok(size) => {
                 let resting = bench.view.is_resting(ui.ctx());
                 let opened = &bench.work.opened;

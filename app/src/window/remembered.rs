@@ -17,6 +17,9 @@ pub struct Remembered {
     position: Option<[f32; 2]>,
     #[serde(default)]
     maximized: bool,
+    /// A drag turns the view as a ball, and not as a turntable.
+    #[serde(default)]
+    pub turns_freely: bool,
     /// What was opened together.
     #[serde(default)]
     recent: Vec<Vec<PathBuf>>,

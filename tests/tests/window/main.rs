@@ -9,6 +9,7 @@ mod by_hand;
 mod chart;
 mod correcting;
 mod cutting;
+mod hand;
 mod keeping;
 mod kept_poses;
 mod layout;

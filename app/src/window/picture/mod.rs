@@ -1,10 +1,12 @@
 //! The picture: what is drawn, over it, and what the mouse does there.
 
+mod arcball;
 pub mod by_hand;
 pub mod cast;
 pub mod compare_bar;
 mod cut_handles;
 pub mod marks;
+mod mouse;
 pub mod navigate;
 pub mod painter;
 pub mod slice_views;

@@ -6,16 +6,15 @@ use super::cast::{Found, cast, out_of_bone};
 use super::compare_bar;
 use super::cut_handles::{self, Held};
 use super::marks::{self, Screen};
-use super::navigate;
+use super::mouse::Mouse;
 use super::painter::{self, Painted};
 use bregma_renderer::Ray;
-use bregma_session::Compare;
+use bregma_session::{Compare, Layout};
 use egui::emath::GuiRounding;
 use egui::{
     Color32, ColorImage, CursorIcon, PointerButton, Pos2, Rect, Response, Role, Sense, TextureHandle, TextureOptions, Ui, WidgetInfo,
 };
 use glam::DVec3;
-use std::f64::consts::PI;
 
 /// The picture on the screen.
 #[derive(Default)]
@@ -139,8 +138,16 @@ impl View {
         panes
     }
 
-    /// Shows the picture and lets the mouse work on it. Gives its size in pixels; `Err` is a sentence for the person.
-    pub fn show(&mut self, ui: &mut Ui, work: &mut Work, found: &[Found], hovered_mm: Option<f64>) -> Result<[u32; 2], String> {
+    /// Shows the picture and lets the mouse work on it, which turns it freely or as a turntable. Gives its size in pixels; `Err` is a sentence for
+    /// the person.
+    pub fn show(
+        &mut self,
+        ui: &mut Ui,
+        work: &mut Work,
+        found: &[Found],
+        hovered_mm: Option<f64>,
+        turns_freely: bool,
+    ) -> Result<[u32; 2], String> {
         let pixels_per_point = ui.pixels_per_point();
         let rect = ui.available_rect_before_wrap().round_to_pixels(pixels_per_point);
         let size = [rect.width(), rect.height()].map(|n| (n * pixels_per_point).round().max(1.0) as u32);
@@ -166,8 +173,9 @@ impl View {
         {
             self.hold_landmark(ui, &response, work, pane, pixels);
         }
-        if self.held_landmark.is_none() && self.navigate(ui, &response, work, rect) {
-            self.moved_at = ui.ctx().time();
+        if self.held_landmark.is_none() {
+            let panes = self.panes(work, rect, size);
+            self.navigate(ui, &response, work, &panes, turns_freely);
         }
 
         self.join(work.opened.compare, ui.ctx());
@@ -206,33 +214,21 @@ impl View {
         left <= 0.0 && !ctx.input(|i| i.pointer.any_down())
     }
 
-    /// As in 3D Slicer: left rotates, middle or Shift+left pans, right or the wheel zooms, Ctrl+left rolls. While the hand has a scan, left and
-    /// Ctrl+left are its, and Alt+left rotates.
-    fn navigate(&self, ui: &Ui, response: &Response, work: &mut Work, rect: Rect) -> bool {
+    /// Lets the mouse and the keys move the view.
+    fn navigate(&mut self, ui: &Ui, response: &Response, work: &mut Work, panes: &[(Rect, [u32; 2])], turns_freely: bool) {
+        let at = response.hover_pos();
+        let Some(pane) = panes.iter().find(|(pane, _)| at.is_some_and(|at| pane.contains(at))).or(panes.first()) else { return };
+        let mouse = Mouse { turns_freely, is_taken: self.hand.is_some(), pane: *pane, under_mm: self.under(ui, work) };
         let camera = &mut work.opened.scene.camera;
         let before = *camera;
-        let (modifiers, wheel, pinch) = ui.input(|i| (i.modifiers, i.smooth_scroll_delta().y, i.zoom_delta()));
-        let delta = response.drag_delta();
-        let (dx, dy, height) = (f64::from(delta.x), f64::from(delta.y), f64::from(rect.height()));
-        let left = response.dragged_by(PointerButton::Primary) && (self.hand.is_none() || modifiers.shift || modifiers.alt);
-        if response.dragged_by(PointerButton::Middle) || left && modifiers.shift {
-            navigate::pan(camera, dx, dy, height);
-        } else if left && modifiers.command {
-            if let Some(to) = response.interact_pointer_pos() {
-                let angle = (to - delta - rect.center()).angle() - (to - rect.center()).angle();
-                navigate::roll(camera, -f64::from(angle));
-            }
-        } else if left {
-            // The height of the view turns the skull by half a turn.
-            navigate::rotate(camera, dx * PI / height, dy * PI / height);
-        } else if response.dragged_by(PointerButton::Secondary) {
-            // Pulling the mouse toward oneself brings the skull nearer.
-            navigate::zoom(camera, (dy * 4.0 / height).exp());
+        mouse.navigate(ui, response, camera);
+        // Over a slice the keys are its.
+        if response.hovered() || work.opened.slices.layout == Layout::Picture {
+            mouse.keys(ui, camera);
         }
-        if response.hovered() && (wheel != 0.0 || pinch != 1.0) {
-            navigate::zoom(camera, (f64::from(wheel) * 0.004).exp() * f64::from(pinch));
+        if *camera != before {
+            self.moved_at = ui.ctx().time();
         }
-        *camera != before
     }
 
     /// Lets the scan that the hand has follow the mouse. Whether the hand has one.
