@@ -35,6 +35,6 @@ pub use measurement::{MeasuredScan, Measurement, Origin, RecordedRay};
 pub use opened::{DEMO_SIZE, InputError, Opened, same_scans, scans, without_spacing};
 pub use poses::KeptPose;
 pub use session_file::{Session, SessionError};
-pub use slices::{Frame, Layout, Slices};
+pub use slices::{Frame, Layout, Slices, step_along_mm};
 pub use source::{Raw, Source};
 pub use under::Held;

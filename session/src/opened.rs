@@ -48,6 +48,8 @@ pub struct Opened {
     pub compare: Compare,
     /// How slices are looked at.
     pub slices: Slices,
+    /// The box of each scan is drawn.
+    pub boxes: bool,
     /// Registrations that are kept beside those that stand.
     pub poses: Vec<KeptPose>,
 }
@@ -89,8 +91,9 @@ impl Opened {
     pub fn new(sources: Vec<Source>, volumes: Vec<Arc<Volume>>) -> Self {
         let scene = Scene::of(&volumes);
         let slices = Slices::of(&volumes.iter().map(|volume| volume.grid().clone()).collect::<Vec<_>>());
-        let compare = Compare::Off;
-        Self { sources, volumes, scene, from_session: false, measurements: vec![], landmarks: vec![], compare, slices, poses: vec![] }
+        let (measurements, landmarks, poses) = (vec![], vec![], vec![]);
+        let (from_session, compare, boxes) = (false, Compare::Off, false);
+        Self { sources, volumes, scene, from_session, measurements, landmarks, compare, slices, boxes, poses }
     }
 
     /// The built-in demo pair.
@@ -172,7 +175,7 @@ impl Opened {
                 (self.scene, self.from_session) = (only.scene, true);
                 (self.measurements, self.landmarks, self.compare) = (only.measurements, only.landmarks, only.compare);
                 self.slices = only.slices.unwrap_or(self.slices);
-                self.poses = only.poses;
+                (self.boxes, self.poses) = (only.boxes, only.poses);
             }
             last => {
                 // Each cuts its own scans as before.
@@ -427,6 +430,7 @@ impl Session {
             landmarks: opened.landmarks.clone(),
             compare: opened.compare,
             slices: Some(opened.slices),
+            boxes: opened.boxes,
             poses: opened.poses.clone(),
         }
     }

@@ -68,6 +68,7 @@ pub const COMMANDS: &[Command] = &[
             "A drag turns the view as a turntable does: up stays up"
         });
     }),
+    Command::new(Menu::View, "Bounding boxes on or off", &[(NONE, Key::B)], |_, b, _| b.work.opened.boxes = !b.work.opened.boxes),
     Command::new(Menu::View, "Show everything", &[(NONE, Key::F), (NONE, Key::Home)], |_, b, _| look_from(b, Side::ThreeQuarter)),
     Command::new(Menu::View, "Fold the scans", &[(NONE, Key::OpenBracket)], |p, _, ctx| p.dock.toggle(dock::Side::Left, ctx)).apart(),
     Command::new(Menu::View, "Fold the results", &[(NONE, Key::CloseBracket)], |p, _, ctx| p.dock.toggle(dock::Side::Right, ctx)),
@@ -95,9 +96,7 @@ fn open(bench: &mut Bench, ctx: &Context, ask: Ask, adds: bool) {
 }
 
 fn look_from(bench: &mut Bench, side: Side) {
-    let (opened, aspect) = (&mut bench.work.opened, bench.view.aspect());
-    let (points, bounds) = (opened.bone_points_mm(), opened.bounds());
-    navigate::look_from(&mut opened.scene.camera, &points, &bounds, side, aspect);
+    navigate::look_at(&mut bench.work.opened, side, bench.view.aspect());
 }
 
 /// Saves the picture as it is shown now.

@@ -83,11 +83,13 @@ impl<P> Command<P> {
     }
 }
 
-const MOUSE: [(&str, &str); 7] = [
+const MOUSE: [(&str, &str); 9] = [
     ("Left-drag, arrows", "rotate"),
     ("Middle-drag, Shift + left-drag or arrows", "move"),
     ("Wheel (at the mouse), right-drag, + and −", "zoom"),
-    ("Ctrl + left-drag", "roll"),
+    ("Ctrl + left-drag", "roll; where a plane cuts, turn it"),
+    ("Ctrl + wheel", "move the plane that cuts"),
+    ("Double click beside the bone", "show everything"),
     ("Click on bone", "measure with the chosen tool"),
     ("While a scan is moved by hand", "left-drag moves it, Ctrl turns it, Alt turns the view"),
     ("Drop files or folders", "add scans"),

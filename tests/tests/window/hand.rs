@@ -4,7 +4,7 @@ use super::*;
 use bregma_renderer::{Camera, Projection};
 use glam::DVec3;
 
-fn demo() -> Window {
+pub fn demo() -> Window {
     let mut window = open(Start::Demo);
     wait(&mut window, "the demo pair", |w| !w.is_loading());
     settle(&mut window);
@@ -21,11 +21,11 @@ pub fn wheel(window: &mut Window, at: Pos2, lines: f32, modifiers: Modifiers) {
     let (unit, source, phase) = (egui::MouseWheelUnit::Line, egui::MouseWheelSource::Wheel, egui::TouchPhase::Move);
     window.event_modifiers(Event::MouseWheel { unit, delta, source, phase, modifiers }, modifiers);
     // The wheel's way is spread over some frames.
-    window.run_steps(12);
+    window.run_steps(40);
 }
 
 /// Where a point of the world is on the screen.
-fn on_screen(window: &Window, point_mm: DVec3) -> Pos2 {
+pub fn on_screen(window: &Window, point_mm: DVec3) -> Pos2 {
     let rect = window.state().picture_rect().unwrap();
     let (w, h) = (rect.width(), rect.height());
     let (x, y) = camera(window).project(bregma_field::WorldPoint(point_mm), w as u32, h as u32).unwrap();

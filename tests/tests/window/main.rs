@@ -8,6 +8,7 @@
 mod by_hand;
 mod chart;
 mod correcting;
+mod cuts_by_hand;
 mod cutting;
 mod hand;
 mod keeping;

@@ -1,6 +1,7 @@
 //! Camera moves: what the mouse and the keys do to the view. Distances on the screen are in pixels, x right, y down.
 
 use bregma_renderer::{Bounds, Camera, FOV_DEG, Projection};
+use bregma_session::Opened;
 use glam::{DQuat, DVec3};
 
 /// The turntable stops here, short of the pole, where "up in the picture" would flip.
@@ -122,8 +123,14 @@ pub enum Side {
     ThreeQuarter,
 }
 
+/// All of what is open from `side`, in a picture that is `aspect` times as wide as high.
+pub fn look_at(opened: &mut Opened, side: Side, aspect: f64) {
+    let (points, bounds) = (opened.bone_points_mm(), opened.bounds());
+    look_from(&mut opened.scene.camera, &points, &bounds, side, aspect);
+}
+
 /// All `points` from `side`, in a picture that is `aspect` times as wide as high; the kind of projection stays.
-pub fn look_from(camera: &mut Camera, points: &[DVec3], bounds: &Bounds, side: Side, aspect: f64) {
+fn look_from(camera: &mut Camera, points: &[DVec3], bounds: &Bounds, side: Side, aspect: f64) {
     let (azimuth, elevation) = match side {
         Side::Anterior => (0.0, 0.0),
         Side::Posterior => (180.0, 0.0),
@@ -251,7 +258,8 @@ mod tests {
                 let near = camera;
                 zoom_at(&mut camera, point, 1e9);
                 assert!(mm_per_pixel(&camera, 600.0) > 1e-5);
-                zoom_at(&mut camera, point, mm_per_pixel(&camera, 600.0) / mm_per_pixel(&near, 600.0));
+                let back = mm_per_pixel(&camera, 600.0) / mm_per_pixel(&near, 600.0);
+                zoom_at(&mut camera, point, back);
                 assert!((camera.eye_mm - near.eye_mm).length() < 1e-6, "{camera:?} {near:?}");
             }
         }

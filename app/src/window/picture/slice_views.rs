@@ -4,6 +4,8 @@ use super::super::measured::{Tool, Work};
 use super::super::under;
 use super::by_hand::{ByHand, Drag};
 use super::cast::Found;
+use super::cut_handles::COLOR;
+use super::frames;
 use super::marks::{self, Screen};
 use super::navigate::mm_per_pixel;
 use super::painter::{Painted, Painter};
@@ -267,7 +269,7 @@ impl Hand<'_> {
         });
         let cut = work.opened.scene.clips.iter().enumerate().filter(|(_, clip)| clip.enabled).find(|(_, clip)| match clip.shape {
             Shape::Plane { normal, offset_mm } => marks::cut(&self.screen, normal, offset_mm).is_some_and(|ends| away(ends, at) <= REACH),
-            Shape::Box { .. } | Shape::Cylinder { .. } => false,
+            Shape::Box { .. } | Shape::Cylinder { .. } | Shape::Sphere { .. } => false,
         });
         match (landmark, cut) {
             (Some((n, _)), _) => Grip::Landmark(n),
@@ -370,9 +372,10 @@ impl Hand<'_> {
             if let Shape::Plane { normal, offset_mm } = clip.shape
                 && let Some(ends) = marks::cut(screen, normal, offset_mm)
             {
-                marks::line(painter, ends, 1.5, CUT);
+                marks::line(painter, ends, 1.5, COLOR);
             }
         }
+        frames::on_slice(painter, screen, &work.opened, slices.at_mm);
         marks::crosshair(painter, screen, slices.at_mm);
         let measured = &work.measured;
         for (n, (named, found)) in measured.rays.iter().zip(found).enumerate() {
@@ -409,9 +412,6 @@ impl Hand<'_> {
         format!("{}  {place}{slab}", name(self.plane))
     }
 }
-
-/// Of cuts, as their arrows in the picture.
-const CUT: Color32 = Color32::from_rgb(255, 215, 80);
 
 /// How far a point lies from the line through two others.
 fn away([a, b]: [Pos2; 2], at: Pos2) -> f32 {

@@ -5,9 +5,12 @@ use super::by_hand::{ByHand, Drag};
 use super::cast::{Found, cast, out_of_bone};
 use super::compare_bar;
 use super::cut_handles::{self, Held};
+use super::frames;
 use super::marks::{self, Screen};
 use super::mouse::Mouse;
+use super::navigate::{self, Side};
 use super::painter::{self, Painted};
+use super::solid_handles;
 use bregma_renderer::Ray;
 use bregma_session::{Compare, Layout};
 use egui::emath::GuiRounding;
@@ -164,20 +167,31 @@ impl View {
         if response.clicked_by(PointerButton::Primary)
             && !self.closes_popup
             && let Some(at) = response.interact_pointer_pos()
+            && let Some((pane, pixels)) = self.panes(work, rect, size).into_iter().find(|(pane, _)| pane.contains(at))
         {
-            let pane = self.panes(work, rect, size).into_iter().find(|(pane, _)| pane.contains(at));
-            told = pane.map_or(Ok(()), |(pane, pixels)| self.click(work, pane, pixels, at)).map(|()| size);
+            let resets = response.double_clicked() && self.is_ground(ui, work, pane, pixels, at);
+            if resets {
+                navigate::look_at(&mut work.opened, Side::ThreeQuarter, self.aspect());
+            } else {
+                told = self.click(work, pane, pixels, at).map(|()| size);
+            }
         }
         if !self.move_by_hand(ui, &response, work, rect, size)
             && let Some((pane, pixels)) = self.panes(work, rect, size).first().copied()
         {
             self.hold_landmark(ui, &response, work, pane, pixels);
         }
-        if self.held_landmark.is_none() {
+        if self.held_landmark.is_none() && !self.has_cut(ui, &response, work) {
             let panes = self.panes(work, rect, size);
             self.navigate(ui, &response, work, &panes, turns_freely);
         }
 
+        self.draw(ui, work, found, hovered_mm, rect, size);
+        told
+    }
+
+    /// Draws the picture, and over it what is marked and held.
+    fn draw(&mut self, ui: &mut Ui, work: &mut Work, found: &[Found], hovered_mm: Option<f64>, rect: Rect, size: [u32; 2]) {
         self.join(work.opened.compare, ui.ctx());
         let panes = self.panes(work, rect, size);
         let painter = ui.painter_at(rect);
@@ -189,9 +203,11 @@ impl View {
         let bounds = work.opened.bounds();
         if let Some((pane, pixels)) = panes.first() {
             cut_handles::show(ui, &mut work.opened.scene, &bounds, *pane, *pixels, &mut self.held);
+            solid_handles::show(ui, &mut work.opened.scene, *pane, *pixels);
         }
         for (rect, size) in panes.iter().copied() {
             let screen = Screen { camera: &work.opened.scene.camera, rect, size };
+            frames::show(&ui.painter_at(rect), &screen, &work.opened, self.held.active(&work.opened.scene.clips));
             marks(&ui.painter_at(rect), &screen, &work.measured, found, hovered_mm);
             let pivot_mm = self.hand.as_ref().and_then(|hand| hand.middle_mm(&work.opened));
             pivot_mm.into_iter().for_each(|p| marks::pivot(&ui.painter_at(rect), &screen, p));
@@ -202,7 +218,6 @@ impl View {
         if let Some((rect, size)) = panes.last().copied() {
             marks::scale_bar(ui, &Screen { camera: &work.opened.scene.camera, rect, size });
         }
-        told
     }
 
     /// Nothing moved lately and no button is held. Asks for another look when that time comes.
@@ -212,6 +227,16 @@ impl View {
             ctx.request_repaint_after_secs(left as f32);
         }
         left <= 0.0 && !ctx.input(|i| i.pointer.any_down())
+    }
+
+    /// Lets the mouse have the active cut. Whether it has.
+    fn has_cut(&mut self, ui: &Ui, response: &Response, work: &mut Work) -> bool {
+        let (grids, height) = (work.opened.grids(), f64::from(response.rect.height()));
+        let has = self.hand.is_none() && cut_handles::by_mouse(ui, response, &mut work.opened.scene, &grids, height, &mut self.held);
+        if has {
+            self.moved_at = ui.ctx().time();
+        }
+        has
     }
 
     /// Lets the mouse and the keys move the view.
@@ -285,6 +310,13 @@ impl View {
         let [x, y] = [(at.x - whole.left()) * scale, (at.y - whole.top()) * scale].map(|v| v.max(0.0) as usize);
         let id = painted.picture.volume_id.get(y * painted.picture.width as usize + x)?;
         usize::from(*id).checked_sub(1)
+    }
+
+    /// Nothing lies at a point of the screen that the mouse is on: no surface, and nothing that another mode draws.
+    fn is_ground(&self, ui: &Ui, work: &Work, rect: Rect, size: [u32; 2], at: Pos2) -> bool {
+        let (x, y) = Screen { camera: &work.opened.scene.camera, rect, size }.pixel(at);
+        let ray = work.opened.scene.camera.ray(x, y, size[0], size[1]);
+        self.under(ui, work).is_none() && matches!(picked(work, self.shown_at(rect, size, at), &ray), Ok(None))
     }
 
     /// What the tool does at a point of the screen.
