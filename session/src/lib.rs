@@ -8,6 +8,7 @@ mod arrange;
 pub mod chart;
 mod compare;
 mod date;
+mod frame_rate;
 mod keeping;
 mod kind;
 mod machine;
@@ -28,6 +29,7 @@ mod under;
 
 pub use bregma_measure::landmarks::{CRANIOMETRIC, Landmark, Template};
 pub use compare::{Compare, Part};
+pub use frame_rate::{FrameRate, FrameRateError};
 pub use keeping::Made;
 pub use kind::Kind;
 pub use machine::Machine;

@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 /// As many as a menu shows without scrolling.
 const MOST: usize = 12;
 
-/// Size and place of the window, in points, and what was opened, the newest first.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+/// Size and place of the window, in points, what a person chose of how it works, and what was opened, the newest first.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Remembered {
     #[serde(default)]
     size: Option<[f32; 2]>,
@@ -20,11 +20,25 @@ pub struct Remembered {
     /// A drag turns the view as a ball, and not as a turntable.
     #[serde(default)]
     pub turns_freely: bool,
+    /// A kiosk that is left alone for so long turns by itself, seconds.
+    #[serde(default = "half_a_minute")]
+    pub kiosk_after_s: f64,
     /// What was opened together.
     #[serde(default)]
     recent: Vec<Vec<PathBuf>>,
     #[serde(skip)]
     file: Option<PathBuf>,
+}
+
+fn half_a_minute() -> f64 {
+    30.0
+}
+
+impl Default for Remembered {
+    fn default() -> Self {
+        let (turns_freely, kiosk_after_s) = (false, half_a_minute());
+        Self { size: None, position: None, maximized: false, turns_freely, kiosk_after_s, recent: vec![], file: None }
+    }
 }
 
 /// Where the program keeps what it can do without: `bregma` in the folder for states.
@@ -73,6 +87,9 @@ impl Remembered {
     /// Takes note of where the window is; it is written when the program ends.
     pub fn look(&mut self, ctx: &Context) {
         let viewport = ctx.input(|i| i.viewport().clone());
+        if viewport.fullscreen == Some(true) {
+            return;
+        }
         self.maximized = viewport.maximized.unwrap_or(false);
         if !self.maximized {
             self.size = viewport.inner_rect.map(|r| r.size().into()).or(self.size);

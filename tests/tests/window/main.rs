@@ -20,6 +20,7 @@ mod opening;
 mod registering;
 mod sheet;
 mod slices;
+mod stage;
 
 use bregma::window::{Start, Workstation};
 use bregma_renderer::Mode;

@@ -220,6 +220,11 @@ impl View {
         }
     }
 
+    /// The view moved by itself, at this time of the window, seconds.
+    pub fn moved(&mut self, at_s: f64) {
+        self.moved_at = at_s;
+    }
+
     /// Nothing moved lately and no button is held. Asks for another look when that time comes.
     pub fn is_resting(&self, ctx: &egui::Context) -> bool {
         let left = self.moved_at + REST_S - ctx.time();
