@@ -2,7 +2,7 @@
 
 use super::bench::Bench;
 use super::picture::navigate;
-use egui::{Context, Event, Key, ViewportCommand};
+use egui::{Context, CursorIcon, Event, Key, ViewportCommand};
 use std::f64::consts::TAU;
 
 /// One turn of the picture takes so long, seconds.
@@ -82,6 +82,7 @@ impl Bench {
         navigate::rotate(&mut self.work.opened.scene.camera, TAU * since_s / TURN_S, 0.0);
         self.history.look_along(&self.work);
         self.view.moved(now);
+        ctx.set_cursor_icon(CursorIcon::None);
         ctx.request_repaint();
     }
 }

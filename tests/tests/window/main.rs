@@ -7,6 +7,7 @@
 
 mod by_hand;
 mod chart;
+mod compared_slices;
 mod correcting;
 mod cuts_by_hand;
 mod cutting;

@@ -75,7 +75,7 @@ impl FrameRatePanel {
             }
             return;
         }
-        ui.label("One turn around what is seen now, in the picture's own size.");
+        ui.label("Draws one turn around what is seen now.");
         let size = bench.view.painted.as_ref().map(|p| [p.picture.width, p.picture.height].map(|n| n * p.reduction));
         if let (true, Some(size)) = (ui.add_enabled(size.is_some(), egui::Button::new("Measure one turn")).clicked(), size) {
             self.job = Some(start(ui.ctx(), bench, painting, size));

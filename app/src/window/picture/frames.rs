@@ -3,7 +3,7 @@
 use super::super::widgets::color;
 use super::cut_handles::COLOR;
 use super::marks::{self, Screen};
-use super::outlines::{around, box_edges, of_cut};
+use super::outlines::{around, box_edges, of_cut, on_plane};
 use bregma_renderer::Shape;
 use bregma_session::Opened;
 use egui::{Color32, Painter, Stroke};
@@ -46,17 +46,19 @@ fn line(painter: &Painter, screen: &Screen<'_>, points: &[DVec3], color: Color32
     }
 }
 
-/// Where cuts that are no planes meet a slice.
+/// Where cuts meet a slice through `at_mm`.
 pub fn on_slice(painter: &Painter, screen: &Screen<'_>, opened: &Opened, at_mm: DVec3) {
     let forward = screen.camera.basis().forward;
     let reach_mm = 2.0 * opened.bounds().radius_mm;
     for clip in opened.scene.clips.iter().filter(|clip| clip.enabled) {
-        for points in super::outlines::on_plane(&clip.shape, forward, at_mm, reach_mm) {
-            for ends in points.windows(2) {
-                if let Some(ends) = screen.line([ends[0], ends[1]]) {
-                    marks::line(painter, ends, 1.5, COLOR);
-                }
-            }
+        if let Shape::Plane { normal, offset_mm } = clip.shape
+            && let Some(ends) = marks::cut(screen, normal, offset_mm)
+        {
+            marks::line(painter, ends, 1.5, COLOR);
+        }
+        for points in on_plane(&clip.shape, forward, at_mm, reach_mm) {
+            let sides = points.windows(2).filter_map(|ends| screen.line([ends[0], ends[1]]));
+            sides.for_each(|ends| marks::line(painter, ends, 1.5, COLOR));
         }
     }
 }

@@ -9,7 +9,7 @@ use super::frames;
 use super::marks::{self, Screen};
 use super::mouse::Mouse;
 use super::navigate::{self, Side};
-use super::painter::{self, Painted};
+use super::painter::Painted;
 use super::solid_handles;
 use bregma_renderer::Ray;
 use bregma_session::{Compare, Layout};
@@ -109,22 +109,17 @@ impl View {
 
     /// Puts the compared pictures together anew where the line or the time has moved on.
     fn join(&mut self, compare: Compare, ctx: &egui::Context) {
-        let Some(mut painted) = self.painted.take() else { return };
-        let (compare, at_s) = (compare.reduced(painted.reduction), ctx.time());
+        let Some(painted) = &mut self.painted else { return };
+        let at_s = ctx.time();
         if let Compare::Flicker { per_s } = compare
             && painted.parts.len() == 2
         {
             ctx.request_repaint_after_secs((((at_s * per_s).floor() + 1.0) / per_s - at_s) as f32);
         }
-        // Pictures of another size, or one of all scans, are on their way.
-        let is_side = |compare| compare == Compare::SideBySide;
-        let fits = painted.parts.len() == 2 && compare != Compare::Off && is_side(compare) == is_side(painted.joined.0);
-        let joined = (compare, compare.turn(at_s));
-        if let Some(picture) = (fits && painted.joined != joined).then(|| compare.join(&painted.parts, at_s)).flatten() {
-            self.put(ctx, painter::image(&picture), painted.reduction);
-            (painted.picture, painted.joined) = (picture, joined);
+        if let Some(image) = painted.join(compare, at_s) {
+            let reduction = painted.reduction;
+            self.put(ctx, image, reduction);
         }
-        self.painted = Some(painted);
     }
 
     /// The parts of the screen that show the scene, with their pixels: one, or two side by side.
