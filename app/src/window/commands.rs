@@ -14,6 +14,9 @@ const NONE: Modifiers = Modifiers::NONE;
 const CTRL: Modifiers = Modifiers::COMMAND;
 const CTRL_SHIFT: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
 
+/// The standard views.
+const LOOK_FROM: &str = "Look from";
+
 /// In the order of the menus.
 pub const COMMANDS: &[Command] = &[
     Command::new(Menu::File, "Open…", &[(CTRL, Key::O)], |_, b, ctx| {
@@ -49,12 +52,18 @@ pub const COMMANDS: &[Command] = &[
         .when(|_, b| if b.history.can_undo() { Ok(()) } else { Err("Nothing was done") }),
     Command::new(Menu::Edit, "Redo", &[(CTRL_SHIFT, Key::Z), (CTRL, Key::Y)], |_, b, _| b.history.redo(&mut b.work))
         .when(|_, b| if b.history.can_redo() { Ok(()) } else { Err("Nothing was undone") }),
-    Command::new(Menu::View, "From anterior: norma frontalis", &[(NONE, Key::Num1)], |_, b, _| look_from(b, Side::Anterior)),
-    Command::new(Menu::View, "From posterior: norma occipitalis", &[(NONE, Key::Num2)], |_, b, _| look_from(b, Side::Posterior)),
-    Command::new(Menu::View, "From left: norma lateralis sinistra", &[(NONE, Key::Num3)], |_, b, _| look_from(b, Side::Left)),
-    Command::new(Menu::View, "From right: norma lateralis dextra", &[(NONE, Key::Num4)], |_, b, _| look_from(b, Side::Right)),
-    Command::new(Menu::View, "From superior: norma verticalis", &[(NONE, Key::Num7)], |_, b, _| look_from(b, Side::Superior)),
-    Command::new(Menu::View, "From inferior: norma basilaris", &[(NONE, Key::Num8)], |_, b, _| look_from(b, Side::Inferior)),
+    Command::new(Menu::View, "From anterior: norma frontalis", &[(NONE, Key::Num1)], |_, b, _| look_from(b, Side::Anterior))
+        .within(LOOK_FROM),
+    Command::new(Menu::View, "From posterior: norma occipitalis", &[(NONE, Key::Num2)], |_, b, _| look_from(b, Side::Posterior))
+        .within(LOOK_FROM),
+    Command::new(Menu::View, "From left: norma lateralis sinistra", &[(NONE, Key::Num3)], |_, b, _| look_from(b, Side::Left))
+        .within(LOOK_FROM),
+    Command::new(Menu::View, "From right: norma lateralis dextra", &[(NONE, Key::Num4)], |_, b, _| look_from(b, Side::Right))
+        .within(LOOK_FROM),
+    Command::new(Menu::View, "From superior: norma verticalis", &[(NONE, Key::Num7)], |_, b, _| look_from(b, Side::Superior))
+        .within(LOOK_FROM),
+    Command::new(Menu::View, "From inferior: norma basilaris", &[(NONE, Key::Num8)], |_, b, _| look_from(b, Side::Inferior))
+        .within(LOOK_FROM),
     Command::new(Menu::View, "Perspective or orthographic", &[(NONE, Key::Num5)], |_, b, _| {
         let bounds = b.work.opened.bounds();
         navigate::toggle_projection(&mut b.work.opened.scene.camera, &bounds);

@@ -151,6 +151,17 @@ fn boxes_cylinders_and_spheres_have_dots_that_move_and_size_them() {
     assert!(dot(&window, "Left face").distance(at - vec2(50.0, 0.0)) < 2.0, "the face follows the mouse");
     undo(&mut window);
     assert_eq!(cut(&window, 0), Cut::Box { low_mm, high_mm });
+    // A click on a dot is meant for the bone under it.
+    let at = dot(&window, "Superior face");
+    let bone = on_bone(&window);
+    drag(&mut window, at, bone);
+    settle(&mut window);
+    let at = dot(&window, "Superior face");
+    click(&mut window, at + vec2(0.0, 3.0));
+    assert!(window.state().difference_ray().is_some());
+    undo(&mut window);
+    undo(&mut window);
+    assert_eq!(cut(&window, 0), Cut::Box { low_mm, high_mm });
     let at = dot(&window, "Centre");
     drag(&mut window, at, at + vec2(0.0, -40.0));
     let Cut::Box { low_mm: low, high_mm: high } = cut(&window, 0) else { panic!("no box") };

@@ -135,3 +135,25 @@ fn the_frame_rate_is_measured_beside_the_window_told_and_copied() {
     assert!(window.query_all_by_label_contains(&machine).next().is_some(), "{copied}");
     assert!(copied.contains("72 pictures") && copied.contains(&size), "{copied}");
 }
+
+#[test]
+fn all_of_the_view_menu_is_in_the_smallest_window_and_norms_are_in_a_menu_of_their_own() {
+    // Fails if a menu grows out of the window, or what stands in a menu within it cannot be chosen there.
+    let mut window: Window = Harness::builder().with_size([720.0, 480.0]).wgpu().build_eframe(|cc| Workstation::new(cc, Start::Demo, None));
+    wait(&mut window, "the demo pair", |w| !w.is_loading());
+    settle(&mut window);
+    window.get_by_label("View").click();
+    window.run_steps(4);
+    let screen = egui::Rect::from_min_size(Pos2::ZERO, egui::vec2(720.0, 480.0));
+    for entry in ["Look from", "Frame rate…", "Full screen", "Kiosk…"] {
+        let rect = window.query_all_by_label_contains(entry).next().expect(entry).rect();
+        assert!(screen.contains_rect(rect), "{entry} at {rect}");
+    }
+    screenshot(&mut window, "view-menu.png");
+    window.query_all_by_label_contains("Look from").next().unwrap().click();
+    window.run_steps(4);
+    screenshot(&mut window, "view-menu-norms.png");
+    window.query_all_by_label_contains("norma basilaris").next().expect("the norm").click();
+    window.run_steps(4);
+    assert!(camera(&window).basis().forward.z > 0.999_999);
+}

@@ -4,7 +4,7 @@ use super::cut_handles::{self, COLOR};
 use super::marks::{self, Screen};
 use super::navigate::{mm_per_pixel, mm_per_pixel_at};
 use bregma_renderer::{Scene, Shape};
-use egui::{CursorIcon, PointerButton, Rect, Role, Sense, Ui, Vec2, WidgetInfo, vec2};
+use egui::{CursorIcon, PointerButton, Pos2, Rect, Role, Sense, Ui, Vec2, WidgetInfo, vec2};
 use glam::DVec3;
 
 /// The least size and the least radius of a cut, mm: less than a sample.
@@ -35,8 +35,10 @@ struct Dot {
 /// The faces of a box, the low and the high one of each axis.
 const FACES: [[&str; 2]; 3] = [["Right face", "Left face"], ["Anterior face", "Posterior face"], ["Inferior face", "Superior face"]];
 
-/// Shows the dots of the enabled cuts that are no planes: a drag of the centre moves one, of a face or the radius sizes it.
-pub fn show(ui: &Ui, scene: &mut Scene, rect: Rect, size: [u32; 2]) {
+/// Shows the dots of the enabled cuts that are no planes: a drag of the centre moves one, of a face or the radius sizes it. Gives where a dot was
+/// clicked: that is meant for what lies under it.
+pub fn show(ui: &Ui, scene: &mut Scene, rect: Rect, size: [u32; 2]) -> Option<Pos2> {
+    let mut clicked = None;
     let camera = scene.camera;
     let screen = Screen { camera: &camera, rect, size };
     let painter = ui.painter_at(rect);
@@ -50,12 +52,16 @@ pub fn show(ui: &Ui, scene: &mut Scene, rect: Rect, size: [u32; 2]) {
             if response.dragged_by(PointerButton::Primary) {
                 drag(&mut clip.shape, &dot, &screen, response.drag_delta());
             }
+            if response.clicked_by(PointerButton::Primary) {
+                clicked = response.interact_pointer_pos();
+            }
             let strong = response.hovered() || response.dragged();
             marks::dot(&painter, at, if strong { 6.0 } else { 4.5 }, COLOR);
             let does = if dot.part == Part::Centre { "move" } else { "size" };
             response.on_hover_and_drag_cursor(CursorIcon::Grab).on_hover_text(format!("{} of cut {}: drag to {does} it", dot.name, n + 1));
         }
     }
+    clicked
 }
 
 fn dots(shape: &Shape, screen: &Screen<'_>) -> Vec<Dot> {

@@ -181,12 +181,23 @@ impl View {
             self.navigate(ui, &response, work, &panes, turns_freely);
         }
 
-        self.draw(ui, work, found, hovered_mm, rect, size);
+        let on_dot = self.draw(ui, work, found, hovered_mm, rect, size);
+        if let Some((pane, pixels, at)) = on_dot.filter(|_| !self.closes_popup) {
+            told = self.click(work, pane, pixels, at).map(|()| size);
+        }
         told
     }
 
-    /// Draws the picture, and over it what is marked and held.
-    fn draw(&mut self, ui: &mut Ui, work: &mut Work, found: &[Found], hovered_mm: Option<f64>, rect: Rect, size: [u32; 2]) {
+    /// Draws the picture, and over it what is marked and held. Gives where a dot of a cut was clicked, and in which picture of how many pixels.
+    fn draw(
+        &mut self,
+        ui: &mut Ui,
+        work: &mut Work,
+        found: &[Found],
+        hovered_mm: Option<f64>,
+        rect: Rect,
+        size: [u32; 2],
+    ) -> Option<(Rect, [u32; 2], Pos2)> {
         self.join(work.opened.compare, ui.ctx());
         let panes = self.panes(work, rect, size);
         let painter = ui.painter_at(rect);
@@ -196,9 +207,10 @@ impl View {
         }
         compare_bar::line(ui, &mut work.opened.compare, rect);
         let bounds = work.opened.bounds();
-        if let Some((pane, pixels)) = panes.first() {
-            cut_handles::show(ui, &mut work.opened.scene, &bounds, *pane, *pixels, &mut self.held);
-            solid_handles::show(ui, &mut work.opened.scene, *pane, *pixels);
+        let mut on_dot = None;
+        if let Some((pane, pixels)) = panes.first().copied() {
+            cut_handles::show(ui, &mut work.opened.scene, &bounds, pane, pixels, &mut self.held);
+            on_dot = solid_handles::show(ui, &mut work.opened.scene, pane, pixels).map(|at| (pane, pixels, at));
         }
         for (rect, size) in panes.iter().copied() {
             let screen = Screen { camera: &work.opened.scene.camera, rect, size };
@@ -213,6 +225,7 @@ impl View {
         if let Some((rect, size)) = panes.last().copied() {
             marks::scale_bar(ui, &Screen { camera: &work.opened.scene.camera, rect, size });
         }
+        on_dot
     }
 
     /// The view moved by itself, at this time of the window, seconds.
