@@ -3,12 +3,12 @@
 
 #import constants, line, volume
 
-// A cut: its normal and its offset, mm. A cylinder has two, one for each direction across it.
+// A cut: its normal and its offset, mm. A cylinder or a sphere has three, one for each direction across it.
 fn cut_at(n: u32) -> vec4<f32> {
     return extras[params.cuts.first + 2u * n];
 }
 
-// The radius of a cylinder, or −1 for a plane, and what float32 lacks of the offset.
+// The radius of a cylinder or a sphere, or −1 for a plane, and what float32 lacks of the offset.
 fn rest_of_cut(n: u32) -> vec2<f32> {
     return extras[params.cuts.first + 2u * n + 1u].xy;
 }
@@ -42,23 +42,25 @@ fn kept(line: Line) -> Kept {
             }
             n += 1u;
         } else {
-            let other = along_cut(line, n + 1u);
-            let a = along.y * along.y + other.y * other.y;
-            let b = along.x * along.y + other.x * other.y;
-            let c = along.x * along.x + other.x * other.x - radius * radius;
+            let second = along_cut(line, n + 1u);
+            let third = along_cut(line, n + 2u);
+            let a = along.y * along.y + second.y * second.y + third.y * third.y;
+            let b = along.x * along.y + second.x * second.y + third.x * third.y;
+            let c = along.x * along.x + second.x * second.x + third.x * third.x - radius * radius;
             let discriminant = b * b - a * c;
             if a > 0.0 && discriminant > 0.0 {
                 let root = sqrt(discriminant);
                 let k = select(-(b + root), root - b, b < 0.0);
                 let first = min(k / a, c / k);
                 let x = (along.x + first * along.y) / radius;
-                let y = (other.x + first * other.y) / radius;
-                enter(&part, first, x * normal + y * cut_at(n + 1u).xyz);
+                let y = (second.x + first * second.y) / radius;
+                let z = (third.x + first * third.y) / radius;
+                enter(&part, first, x * normal + y * cut_at(n + 1u).xyz + z * cut_at(n + 2u).xyz);
                 part.end = min(part.end, max(k / a, c / k));
             } else if c > 0.0 {
                 part.end = -FAR;
             }
-            n += 2u;
+            n += 3u;
         }
     }
     return part;

@@ -1,4 +1,4 @@
-//! What is cut away: half-spaces and cylinders, and what of a volume's rays they leave.
+//! What is cut away: half-spaces, cylinders and spheres, and what of a volume's rays they leave.
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -27,6 +27,13 @@ pub enum Shape {
         centre_mm: DVec3,
         /// Along its axis; unit.
         axis: DVec3,
+        /// Its radius.
+        radius_mm: f64,
+    },
+    /// What lies within a sphere.
+    Sphere {
+        /// Its middle.
+        centre_mm: DVec3,
         /// Its radius.
         radius_mm: f64,
     },
@@ -89,6 +96,7 @@ impl Clip {
             Shape::Plane { normal, offset_mm } => is_unit(normal) && offset_mm.is_finite(),
             Shape::Box { low_mm, high_mm } => low_mm.is_finite() && high_mm.is_finite() && low_mm.cmplt(high_mm).all(),
             Shape::Cylinder { centre_mm, axis, radius_mm } => centre_mm.is_finite() && is_unit(axis) && radius_mm > 0.0,
+            Shape::Sphere { centre_mm, radius_mm } => centre_mm.is_finite() && radius_mm > 0.0,
         }
     }
 
@@ -107,11 +115,12 @@ pub struct Half {
     pub offset_mm: f64,
 }
 
-/// The inside of a cylinder: how far p is from its axis along two directions across it, each as a normal and an offset, is at most the radius.
+/// The inside of a cylinder or a sphere: how far p is from its axis or its middle, along directions at right angles, each as a normal and an offset,
+/// is at most the radius.
 #[derive(Clone, Copy, Debug)]
-pub struct Tube {
-    /// The two directions, at right angles.
-    pub across: [Half; 2],
+pub struct Round {
+    /// The directions. A cylinder has two: the normal and the offset of its third are 0, so that along its axis nothing is far.
+    pub across: [Half; 3],
     /// Its radius.
     pub radius_mm: f64,
 }
@@ -121,8 +130,8 @@ pub struct Tube {
 pub struct Region {
     /// Half-spaces.
     pub halves: Vec<Half>,
-    /// Cylinders.
-    pub tubes: Vec<Tube>,
+    /// Cylinders and spheres.
+    pub rounds: Vec<Round>,
 }
 
 /// Where a line comes to what is kept or leaves it.
@@ -154,8 +163,12 @@ impl Region {
                     // One without a direction or a radius cuts nothing.
                     let Some(axis) = axis.try_normalize().filter(|_| radius_mm > 0.0) else { continue };
                     let (u, v) = axis.any_orthonormal_pair();
-                    region.tubes.push(Tube { across: [half(u, u.dot(centre_mm)), half(v, v.dot(centre_mm))], radius_mm });
+                    region.rounds.push(Round { across: [u, v, DVec3::ZERO].map(|n| half(n, n.dot(centre_mm))), radius_mm });
                 }
+                Shape::Sphere { centre_mm, radius_mm } if radius_mm > 0.0 => {
+                    region.rounds.push(Round { across: DVec3::AXES.map(|n| half(n, n.dot(centre_mm))), radius_mm });
+                }
+                Shape::Sphere { .. } => {}
             }
         }
         region
@@ -163,7 +176,7 @@ impl Region {
 
     /// Whether nothing is cut away.
     pub fn is_all(&self) -> bool {
-        self.halves.is_empty() && self.tubes.is_empty()
+        self.halves.is_empty() && self.rounds.is_empty()
     }
 
     /// Where the line `origin + s·direction` is within, for s from `from` to `to`: the first is not the smaller where it is not.
@@ -179,10 +192,10 @@ impl Region {
                 ends[1].s = f64::NEG_INFINITY;
             }
         }
-        for tube in &self.tubes {
-            let [enter, leave] = tube.interval(origin, direction);
-            ends[0] = ends[0].later(enter, tube.normal(origin + enter * direction));
-            ends[1] = ends[1].earlier(leave, tube.normal(origin + leave * direction));
+        for round in &self.rounds {
+            let [enter, leave] = round.interval(origin, direction);
+            ends[0] = ends[0].later(enter, round.normal(origin + enter * direction));
+            ends[1] = ends[1].earlier(leave, round.normal(origin + leave * direction));
         }
         ends
     }
@@ -209,21 +222,20 @@ impl End {
     }
 }
 
-impl Tube {
-    /// Outward from the axis at a point; nothing where there is no such direction.
+impl Round {
+    /// Outward from the axis or the middle at a point; any direction where there is no such one.
     fn normal(&self, p: DVec3) -> DVec3 {
-        let [u, v] = self.across;
-        let outward = (u.normal.dot(p) - u.offset_mm) * u.normal + (v.normal.dot(p) - v.offset_mm) * v.normal;
-        outward.try_normalize().unwrap_or(u.normal)
+        let outward: DVec3 = self.across.iter().map(|half| (half.normal.dot(p) - half.offset_mm) * half.normal).sum();
+        outward.try_normalize().unwrap_or(self.across[0].normal)
     }
 
     /// Where a line is within; the first is the larger where it never is.
     fn interval(&self, origin: DVec3, direction: DVec3) -> [f64; 2] {
         let at = self.across.map(|half| half.normal.dot(origin) - half.offset_mm);
         let rate = self.across.map(|half| half.normal.dot(direction));
-        let a = rate[0] * rate[0] + rate[1] * rate[1];
-        let b = at[0] * rate[0] + at[1] * rate[1];
-        let c = at[0] * at[0] + at[1] * at[1] - self.radius_mm * self.radius_mm;
+        let a = rate[0] * rate[0] + rate[1] * rate[1] + rate[2] * rate[2];
+        let b = at[0] * rate[0] + at[1] * rate[1] + at[2] * rate[2];
+        let c = at[0] * at[0] + at[1] * at[1] + at[2] * at[2] - self.radius_mm * self.radius_mm;
         if a == 0.0 {
             return if c <= 0.0 { [f64::NEG_INFINITY, f64::INFINITY] } else { [f64::INFINITY, f64::NEG_INFINITY] };
         }
@@ -254,9 +266,10 @@ mod tests {
     /// One to three cuts of any kind near the origin.
     fn clips(r: &mut Random) -> Vec<Clip> {
         let count = 1 + (3.0 * r.unit()) as usize;
-        let mut shape = || match (3.0 * r.unit()) as usize {
+        let mut shape = || match (4.0 * r.unit()) as usize {
             0 => Shape::Plane { normal: vector(r, 1.0).normalize(), offset_mm: 10.0 * r.unit() },
             1 => Shape::Box { low_mm: vector(r, 5.0) - 8.0, high_mm: vector(r, 5.0) + 8.0 },
+            2 => Shape::Sphere { centre_mm: vector(r, 5.0), radius_mm: 5.0 + 5.0 * r.unit() },
             _ => Shape::Cylinder { centre_mm: vector(r, 5.0), axis: vector(r, 1.0).normalize(), radius_mm: 5.0 + 5.0 * r.unit() },
         };
         (0..count).map(|_| Clip::all(shape())).collect()
@@ -268,6 +281,7 @@ mod tests {
             Shape::Plane { normal, offset_mm } => offset_mm - normal.dot(p),
             Shape::Box { low_mm, high_mm } => (p - low_mm).min(high_mm - p).min_element(),
             Shape::Cylinder { centre_mm, axis, radius_mm } => radius_mm - (p - centre_mm).reject_from_normalized(axis).length(),
+            Shape::Sphere { centre_mm, radius_mm } => radius_mm - p.distance(centre_mm),
         };
         clips.iter().map(depth).fold(f64::INFINITY, f64::min)
     }
@@ -315,6 +329,9 @@ mod tests {
                 }
                 Shape::Cylinder { centre_mm, axis, radius_mm } => {
                     Clip::all(Shape::Cylinder { centre_mm: motion.transform_point3(centre_mm), axis: turn * axis, radius_mm })
+                }
+                Shape::Sphere { centre_mm, radius_mm } => {
+                    Clip::all(Shape::Sphere { centre_mm: motion.transform_point3(centre_mm), radius_mm })
                 }
                 Shape::Box { .. } => unreachable!("boxes lie along the axes of the world"),
             };

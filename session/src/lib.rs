@@ -8,6 +8,7 @@ mod arrange;
 pub mod chart;
 mod compare;
 mod date;
+mod frame_rate;
 mod keeping;
 mod kind;
 pub mod looks;
@@ -30,6 +31,7 @@ mod under;
 
 pub use bregma_measure::landmarks::{CRANIOMETRIC, Landmark, Template};
 pub use compare::{Compare, Part, compared};
+pub use frame_rate::{FrameRate, FrameRateError};
 pub use keeping::Made;
 pub use kind::Kind;
 pub use machine::Machine;
@@ -38,6 +40,6 @@ pub use opened::{DEMO_SIZE, InputError, Opened, same_scans, scans, without_spaci
 pub use poses::KeptPose;
 pub use session_file::{Session, SessionError};
 pub use shelf::{Shelf, ShelfError};
-pub use slices::{Frame, Layout, Slices};
+pub use slices::{Frame, Layout, Slices, step_along_mm};
 pub use source::{Raw, Source};
 pub use under::Held;

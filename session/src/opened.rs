@@ -50,6 +50,8 @@ pub struct Opened {
     pub pair: Option<[usize; 2]>,
     /// How slices are looked at.
     pub slices: Slices,
+    /// The box of each scan is drawn.
+    pub boxes: bool,
     /// Registrations that are kept beside those that stand.
     pub poses: Vec<KeptPose>,
 }
@@ -91,19 +93,9 @@ impl Opened {
     pub fn new(sources: Vec<Source>, volumes: Vec<Arc<Volume>>) -> Self {
         let scene = Scene::of(&volumes);
         let slices = Slices::of(&volumes.iter().map(|volume| volume.grid().clone()).collect::<Vec<_>>());
-        let compare = Compare::Off;
-        Self {
-            sources,
-            volumes,
-            scene,
-            from_session: false,
-            measurements: vec![],
-            landmarks: vec![],
-            compare,
-            pair: None,
-            slices,
-            poses: vec![],
-        }
+        let (measurements, landmarks, poses) = (vec![], vec![], vec![]);
+        let (from_session, compare, boxes) = (false, Compare::Off, false);
+        Self { sources, volumes, scene, from_session, measurements, landmarks, compare, pair: None, slices, boxes, poses }
     }
 
     /// The built-in demo pair.
@@ -186,7 +178,7 @@ impl Opened {
                 (self.measurements, self.landmarks) = (only.measurements, only.landmarks);
                 (self.compare, self.pair) = (only.compare, only.pair);
                 self.slices = only.slices.unwrap_or(self.slices);
-                self.poses = only.poses;
+                (self.boxes, self.poses) = (only.boxes, only.poses);
             }
             last => {
                 // Each cuts its own scans as before.
@@ -442,6 +434,7 @@ impl Session {
             compare: opened.compare,
             pair: opened.pair,
             slices: Some(opened.slices),
+            boxes: opened.boxes,
             poses: opened.poses.clone(),
         }
     }

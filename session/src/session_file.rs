@@ -49,6 +49,9 @@ pub struct Session {
     /// How slices are looked at.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub slices: Option<Slices>,
+    /// The box of each scan is drawn.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub boxes: bool,
     /// Registrations that are kept beside those that stand.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub poses: Vec<KeptPose>,

@@ -129,12 +129,17 @@ impl Slices {
     /// How far the next slice is: from sample to sample of the finest of the scans along the axis that goes through the plane.
     pub fn step_mm(&self, plane: BodyPlane, grids: &[Grid]) -> f64 {
         let [normal, _] = self.axes(plane);
-        let through = |grid: &Grid| {
-            let steps = grid.index_to_world().matrix3;
-            [steps.x_axis, steps.y_axis, steps.z_axis].into_iter().map(|step| step.dot(normal).abs()).fold(0.0, f64::max)
-        };
-        grids.iter().map(through).filter(|mm| *mm > 0.0).fold(f64::INFINITY, f64::min).min(MOST_STEP_MM)
+        step_along_mm(normal, grids)
     }
+}
+
+/// How far it is along a unit direction from sample to sample of the finest of the scans, along that of their axes which leads there most.
+pub fn step_along_mm(direction: DVec3, grids: &[Grid]) -> f64 {
+    let through = |grid: &Grid| {
+        let steps = grid.index_to_world().matrix3;
+        [steps.x_axis, steps.y_axis, steps.z_axis].into_iter().map(|step| step.dot(direction).abs()).fold(0.0, f64::max)
+    };
+    grids.iter().map(through).filter(|mm| *mm > 0.0).fold(f64::INFINITY, f64::min).min(MOST_STEP_MM)
 }
 
 /// A view shows no less than a sample, and no more than a person.

@@ -6,7 +6,7 @@ use bregma_renderer::{
 };
 use glam::DVec3;
 
-/// All that a picture of a mode can have of a pair, uncut and with two kinds of cuts through the middle of its world, for both backends.
+/// All that a picture of a mode can have of a pair, uncut and with kinds of cuts through the middle of its world, for both backends.
 pub fn looks(pair: &Scene) -> Vec<(&'static str, Scene)> {
     let base = |mode| {
         let mut scene = Scene { mode, ..pair.clone() };
@@ -17,7 +17,8 @@ pub fn looks(pair: &Scene) -> Vec<(&'static str, Scene)> {
     let first = Clip { layers: Some(vec![0]), ..Clip::all(Shape::Plane { normal: DVec3::new(0.0, -0.6, 0.8), offset_mm: 2.0 }) };
     let tube = Clip::all(Shape::Cylinder { centre_mm: DVec3::new(1.0, 2.0, 0.0), axis: DVec3::new(0.0, 0.6, 0.8), radius_mm: 14.0 });
     let crop = Clip::all(Shape::Box { low_mm: DVec3::new(-12.0, -11.0, -20.0), high_mm: DVec3::new(13.0, 9.0, 18.0) });
-    let cuts = [vec![], vec![plane.clone(), first], vec![tube, crop]];
+    let ball = Clip::all(Shape::Sphere { centre_mm: DVec3::new(4.0, -3.0, 2.0), radius_mm: 15.0 });
+    let cuts = [vec![], vec![plane.clone(), first], vec![tube, crop, ball]];
     let mut looks = vec![];
     for clips in cuts {
         let mut add = |name, scene: Scene| looks.push((name, Scene { clips: clips.clone(), ..scene }));

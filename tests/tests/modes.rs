@@ -504,7 +504,7 @@ fn a_cuts_face_by_transfer_function_has_its_colours() {
         name: "red to blue".into(),
         values: Values::Scan,
         overall: 1.0,
-            over_mm: Some(1.0),
+        over_mm: Some(1.0),
         points: vec![
             Point { value: 0.0, color: Color([1.0, 0.0, 0.0]), opacity: 0.0 },
             Point { value: 150.0, color: Color([0.0, 0.0, 1.0]), opacity: 0.9 },
@@ -537,8 +537,7 @@ fn equal_samples_are_shaded_alike_on_both_backends() {
     let grid = Grid::new([12; 3], DVec3::ONE, DVec3::splat(-5.5), DMat3::IDENTITY).unwrap();
     let volumes = [volume("even", grid, Samples::I16(vec![100; 1728]))];
     let mut scene = scene_of(&volumes, Mode::Dvr);
-    let transfer = TransferFunction { values: Values::Scan, overall: 1.0,
-            over_mm: Some(10.0), ..TransferFunction::bone() };
+    let transfer = TransferFunction { values: Values::Scan, overall: 1.0, over_mm: Some(10.0), ..TransferFunction::bone() };
     let point = |value: f64, opacity: f64| Point { value, color: Color([0.9, 0.6, 0.3]), opacity };
     scene.layers[0].transfer = Some(TransferFunction { points: vec![point(33.3, 0.0), point(77.7, 0.3)], ..transfer });
     let [a, b] = [&mut CpuRenderer::default() as &mut dyn Renderer, &mut gpu()].map(|r| r.render(&volumes, &scene, 80, 80).unwrap());

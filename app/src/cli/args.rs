@@ -34,6 +34,9 @@ pub struct Cli {
     /// Scans to open in the window.
     #[command(flatten)]
     pub sources: Sources<0>,
+    /// Fill the screen with the picture; left alone for so many seconds (30, or as chosen in the window), it turns by itself
+    #[arg(long, value_name = "SECONDS", num_args = 0..=1, require_equals = true, value_parser = positive)]
+    pub kiosk: Option<Option<f64>>,
     /// Options for all.
     #[command(flatten)]
     pub common: Common,

@@ -88,6 +88,9 @@ pub struct LookArgs {
     /// Keeps a cylinder along a direction, mm: a point of its axis, the direction, the radius; may be given again
     #[arg(long, value_name = "X,Y,Z,DX,DY,DZ,R[@N]", value_parser = cylinder, allow_hyphen_values = true)]
     pub cylinder: Vec<Clip>,
+    /// Keeps a sphere, mm: its middle and its radius; may be given again
+    #[arg(long, value_name = "X,Y,Z,R[@N]", value_parser = sphere, allow_hyphen_values = true)]
+    pub sphere: Vec<Clip>,
     /// What cuts show of a volume, or slices
     #[arg(long, value_parser = one_of::<CutFace>())]
     pub cut_face: Option<CutFace>,
@@ -221,7 +224,7 @@ impl LookArgs {
 
     fn apply_cuts(&self, scene: &mut Scene) -> Result<(), CommandError> {
         let count = scene.layers.len();
-        for clip in self.clip.iter().chain(&self.crop).chain(&self.cylinder) {
+        for clip in self.clip.iter().chain(&self.crop).chain(&self.cylinder).chain(&self.sphere) {
             if let Some(n) = clip.layers.iter().flatten().find(|n| **n >= count) {
                 return Err(no_volume(n + 1, count));
             }
@@ -370,5 +373,15 @@ fn cylinder(text: &str) -> Result<Clip, String> {
     placed(text, |[x, y, z, dx, dy, dz, radius_mm]| match DVec3::new(dx, dy, dz).try_normalize() {
         Some(axis) if radius_mm > 0.0 => Ok(Shape::Cylinder { centre_mm: DVec3::new(x, y, z), axis, radius_mm }),
         _ => Err("a cylinder needs a direction and a positive radius".into()),
+    })
+}
+
+fn sphere(text: &str) -> Result<Clip, String> {
+    placed(text, |[x, y, z, radius_mm]| {
+        if radius_mm > 0.0 {
+            Ok(Shape::Sphere { centre_mm: DVec3::new(x, y, z), radius_mm })
+        } else {
+            Err("a sphere needs a positive radius".into())
+        }
     })
 }

@@ -28,9 +28,12 @@ pub fn main() -> ExitCode {
     if cli.command.is_some() && !cli.sources.0.is_empty() {
         return status(Err(CommandError::Usage("scans are named before the command; name them after it".into())));
     }
+    if cli.command.is_some() && cli.kiosk.is_some() {
+        return status(Err(CommandError::Usage("--kiosk is of the window, not of a command; leave it out".into())));
+    }
     match &cli.command {
         Some(command) => status(run(command, &cli.common)),
-        None => workstation(cli.sources.0, &cli.common),
+        None => workstation(cli.sources.0, cli.kiosk, &cli.common),
     }
 }
 
@@ -63,10 +66,11 @@ fn status(done: Result<(), CommandError>) -> ExitCode {
 }
 
 /// Opens the window; where there is none to open, the demo pair is written as files instead.
-fn workstation(sources: Vec<Source>, common: &Common) -> ExitCode {
+fn workstation(sources: Vec<Source>, kiosk: Option<window::Kiosk>, common: &Common) -> ExitCode {
     let is_demo = sources.is_empty();
     let opened = if has_display() {
-        window::run(if is_demo { Start::Demo } else { Start::Files(sources) }).map_err(|e| format!("the window cannot be opened ({e})"))
+        window::run(if is_demo { Start::Demo } else { Start::Files(sources) }, kiosk)
+            .map_err(|e| format!("the window cannot be opened ({e})"))
     } else {
         Err("there is no display".into())
     };

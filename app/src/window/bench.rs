@@ -13,6 +13,7 @@ use super::picture::slice_views::SliceViews;
 use super::picture::view::View;
 use super::recovery::{Kept, Recovery};
 use super::remembered::Remembered;
+use super::stage::Stage;
 use bregma_session::register::apart;
 use bregma_session::{Compare, Kind, Measurement, Opened, Origin, Source};
 use egui::{Context, Id, Modal};
@@ -53,6 +54,8 @@ pub struct Bench {
     pub painter: Painter,
     /// The slices on the screen.
     pub slices: SliceViews,
+    /// What is on the whole screen.
+    pub stage: Stage,
     /// The point of the world under the mouse, in any view.
     pub under_mm: Option<DVec3>,
     /// Scans on their way in.
@@ -85,6 +88,7 @@ impl Bench {
             view: View::default(),
             painter: Painter::new(ctx),
             slices: SliceViews::default(),
+            stage: Stage::default(),
             under_mm: None,
             loading,
             is_coarse: false,

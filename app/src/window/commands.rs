@@ -14,6 +14,9 @@ const NONE: Modifiers = Modifiers::NONE;
 const CTRL: Modifiers = Modifiers::COMMAND;
 const CTRL_SHIFT: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
 
+/// The standard views.
+const LOOK_FROM: &str = "Look from";
+
 /// In the order of the menus.
 pub const COMMANDS: &[Command] = &[
     Command::new(Menu::File, "Open…", &[(CTRL, Key::O)], |_, b, ctx| {
@@ -49,13 +52,32 @@ pub const COMMANDS: &[Command] = &[
         .when(|_, b| if b.history.can_undo() { Ok(()) } else { Err("Nothing was done") }),
     Command::new(Menu::Edit, "Redo", &[(CTRL_SHIFT, Key::Z), (CTRL, Key::Y)], |_, b, _| b.history.redo(&mut b.work))
         .when(|_, b| if b.history.can_redo() { Ok(()) } else { Err("Nothing was undone") }),
-    Command::new(Menu::View, "From anterior", &[(NONE, Key::Num1)], |_, b, _| look_from(b, Side::Anterior)),
-    Command::new(Menu::View, "From left", &[(NONE, Key::Num3)], |_, b, _| look_from(b, Side::Left)),
-    Command::new(Menu::View, "From superior", &[(NONE, Key::Num7)], |_, b, _| look_from(b, Side::Superior)),
+    Command::new(Menu::View, "From anterior: norma frontalis", &[(NONE, Key::Num1)], |_, b, _| look_from(b, Side::Anterior))
+        .within(LOOK_FROM),
+    Command::new(Menu::View, "From posterior: norma occipitalis", &[(NONE, Key::Num2)], |_, b, _| look_from(b, Side::Posterior))
+        .within(LOOK_FROM),
+    Command::new(Menu::View, "From left: norma lateralis sinistra", &[(NONE, Key::Num3)], |_, b, _| look_from(b, Side::Left))
+        .within(LOOK_FROM),
+    Command::new(Menu::View, "From right: norma lateralis dextra", &[(NONE, Key::Num4)], |_, b, _| look_from(b, Side::Right))
+        .within(LOOK_FROM),
+    Command::new(Menu::View, "From superior: norma verticalis", &[(NONE, Key::Num7)], |_, b, _| look_from(b, Side::Superior))
+        .within(LOOK_FROM),
+    Command::new(Menu::View, "From inferior: norma basilaris", &[(NONE, Key::Num8)], |_, b, _| look_from(b, Side::Inferior))
+        .within(LOOK_FROM),
     Command::new(Menu::View, "Perspective or orthographic", &[(NONE, Key::Num5)], |_, b, _| {
         let bounds = b.work.opened.bounds();
         navigate::toggle_projection(&mut b.work.opened.scene.camera, &bounds);
     }),
+    Command::new(Menu::View, "Turntable or free arcball", &[], |_, b, _| {
+        b.remembered.preferences.turns_freely = !b.remembered.preferences.turns_freely;
+        b.remembered.write();
+        b.messages.note(if b.remembered.preferences.turns_freely {
+            "A drag turns the view freely, as a ball does"
+        } else {
+            "A drag turns the view as a turntable does: up stays up"
+        });
+    }),
+    Command::new(Menu::View, "Bounding boxes on or off", &[(NONE, Key::B)], |_, b, _| b.work.opened.boxes = !b.work.opened.boxes),
     Command::new(Menu::View, "Show everything", &[(NONE, Key::F), (NONE, Key::Home)], |_, b, _| look_from(b, Side::ThreeQuarter)),
     Command::new(Menu::View, "Fold the scans", &[(NONE, Key::OpenBracket)], |p, _, ctx| p.dock.toggle(dock::Side::Left, ctx)).apart(),
     Command::new(Menu::View, "Fold the results", &[(NONE, Key::CloseBracket)], |p, _, ctx| p.dock.toggle(dock::Side::Right, ctx)),
@@ -83,9 +105,7 @@ fn open(bench: &mut Bench, ctx: &Context, ask: Ask, adds: bool) {
 }
 
 fn look_from(bench: &mut Bench, side: Side) {
-    let (opened, aspect) = (&mut bench.work.opened, bench.view.aspect());
-    let (points, bounds) = (opened.bone_points_mm(), opened.bounds());
-    navigate::look_from(&mut opened.scene.camera, &points, &bounds, side, aspect);
+    navigate::look_at(&mut bench.work.opened, side, bench.view.aspect());
 }
 
 /// Saves the picture as it is shown now.

@@ -43,6 +43,11 @@ impl History {
         }
     }
 
+    /// Takes the view as it is, as no step: nobody moved it.
+    pub fn look_along(&mut self, work: &Work) {
+        self.present.opened.scene.camera = work.opened.scene.camera;
+    }
+
     /// Bytes of the scans that are in no present but in some other state.
     fn closed_bytes(&self) -> usize {
         let kept = self.past.iter().chain(&self.future).flat_map(|work| &work.opened.volumes);

@@ -48,7 +48,9 @@ impl Work {
     /// Equal but for which ray is selected, which is no work.
     pub fn same(&self, other: &Self) -> bool {
         let (a, b) = (&self.opened, &other.opened);
-        a.scene.camera == b.scene.camera && a.compare == b.compare && a.pair == b.pair && a.slices == b.slices && self.same_work(other)
+        let same_look =
+            a.scene.camera == b.scene.camera && a.compare == b.compare && a.pair == b.pair && a.slices == b.slices && a.boxes == b.boxes;
+        same_look && self.same_work(other)
     }
 
     /// Equal but for where it is looked from, how scans are compared, and which ray is selected.

@@ -2,7 +2,7 @@
 
 use super::bench::Bench;
 use super::document::Next;
-use egui::{Button, Context, Grid, Key, KeyboardShortcut, MenuBar, Modifiers, RichText, Ui};
+use egui::{Button, Context, Grid, Key, KeyboardShortcut, MenuBar, Modifiers, RichText, ScrollArea, Ui};
 use std::path::PathBuf;
 
 /// A menu, by its title.
@@ -28,6 +28,8 @@ pub struct Command<P> {
     keys: Keys,
     /// A line stands above it.
     apart: bool,
+    /// The menu within the menu that it stands in.
+    within: Option<&'static str>,
     allowed: fn(&P, &Bench) -> Allowed,
     run: fn(&mut P, &mut Bench, &Context),
 }
@@ -39,7 +41,7 @@ impl<P> Command<P> {
     /// An entry of `menu`, which can be chosen while something is open.
     pub const fn new(menu: Menu, name: &'static str, keys: Keys, run: fn(&mut P, &mut Bench, &Context)) -> Self {
         let allowed: fn(&P, &Bench) -> Allowed = |_, bench| if bench.is_empty() { Err("Open a scan first") } else { Ok(()) };
-        Self { menu, name, keys, apart: false, allowed, run }
+        Self { menu, name, keys, apart: false, within: None, allowed, run }
     }
 
     /// It can be chosen while `allowed`.
@@ -51,6 +53,12 @@ impl<P> Command<P> {
     /// A line stands above it.
     pub const fn apart(mut self) -> Self {
         self.apart = true;
+        self
+    }
+
+    /// It stands in a menu of that title within the menu, with those of the same title that follow it.
+    pub const fn within(mut self, title: &'static str) -> Self {
+        self.within = Some(title);
         self
     }
 
@@ -83,11 +91,13 @@ impl<P> Command<P> {
     }
 }
 
-const MOUSE: [(&str, &str); 7] = [
-    ("Left-drag", "rotate"),
-    ("Middle-drag or Shift + left-drag", "move"),
-    ("Right-drag or wheel", "zoom"),
-    ("Ctrl + left-drag", "roll"),
+const MOUSE: [(&str, &str); 9] = [
+    ("Left-drag, arrows", "rotate"),
+    ("Middle-drag, Shift + left-drag or arrows", "move"),
+    ("Wheel (at the mouse), right-drag, + and −", "zoom"),
+    ("Ctrl + left-drag", "roll; where a plane cuts, turn it"),
+    ("Ctrl + wheel", "move the plane that cuts"),
+    ("Double click beside the bone", "show everything"),
     ("Click on bone", "measure with the chosen tool"),
     ("While a scan is moved by hand", "left-drag moves it, Ctrl turns it, Alt turns the view"),
     ("Drop files or folders", "add scans"),
@@ -105,15 +115,11 @@ pub fn show<'a, P>(
     MenuBar::new().ui(ui, |ui| {
         for (menu, title) in MENUS {
             ui.menu_button(title, |ui| {
-                let bench = &*bench;
-                for command in commands.iter().copied().filter(|command| command.menu == menu) {
-                    if command.apart {
-                        ui.separator();
-                    }
-                    if command.button(ui, panels, bench, false) {
-                        chosen = Some(command);
-                    }
-                }
+                let own: Vec<_> = commands.iter().copied().filter(|command| command.menu == menu).collect();
+                let most = ui.ctx().content_rect().height() - MARGIN;
+                let list =
+                    ScrollArea::vertical().min_scrolled_height(most).max_height(most).show(ui, |ui| entries(ui, &own, panels, bench));
+                chosen = list.inner.or(chosen);
                 match menu {
                     Menu::File => again = recent(ui, bench),
                     Menu::Help => help(ui),
@@ -125,6 +131,27 @@ pub fn show<'a, P>(
     });
     if let Some(paths) = again {
         bench.replace(ui.ctx(), Next::Files(paths));
+    }
+    chosen
+}
+
+/// What a menu leaves of the window's height, in points: it scrolls where there is too little.
+const MARGIN: f32 = 30.0;
+
+/// The entries of a menu. Gives what is chosen.
+fn entries<'a, P>(ui: &mut Ui, commands: &[&'a Command<P>], panels: &P, bench: &Bench) -> Option<&'a Command<P>> {
+    let mut chosen = None;
+    for run in commands.chunk_by(|a, b| a.within.is_some() && a.within == b.within) {
+        if run[0].apart {
+            ui.separator();
+        }
+        let mut show = |ui: &mut Ui| {
+            chosen = run.iter().copied().filter(|command| command.button(ui, panels, bench, false)).last().or(chosen);
+        };
+        match run[0].within {
+            Some(title) => _ = ui.menu_button(title, show),
+            None => show(ui),
+        }
     }
     chosen
 }

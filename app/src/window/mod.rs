@@ -25,6 +25,7 @@ mod preferences;
 mod recovery;
 mod remembered;
 mod series;
+mod stage;
 mod theme;
 mod under;
 mod unsaved;
@@ -57,15 +58,22 @@ pub enum Start {
     Files(Vec<Source>),
 }
 
-/// Opens the window and stays until it is closed.
-pub fn run(start: Start) -> Result<(), eframe::Error> {
+/// How long a kiosk waits until it turns, seconds; as a person chose when absent.
+pub type Kiosk = Option<f64>;
+
+/// Opens the window, as a kiosk if that is asked for, and stays until it is closed.
+pub fn run(start: Start, kiosk: Option<Kiosk>) -> Result<(), eframe::Error> {
     let state = remembered::state_folder();
     let viewport = egui::ViewportBuilder::default().with_title("Bregma").with_app_id("bregma").with_icon(theme::icon());
     let viewport = Remembered::read(state.as_deref()).place(viewport, [720.0, 480.0], [1280.0, 800.0]);
     let options = eframe::NativeOptions { viewport, renderer: eframe::Renderer::Wgpu, system_font_fallback: false, ..Default::default() };
     let begin = |cc: &eframe::CreationContext<'_>| -> Box<dyn eframe::App> {
         letters::draw_with_system_fonts(&cc.egui_ctx);
-        Box::new(Workstation::new(cc, start, state))
+        let mut workstation = Workstation::new(cc, start, state);
+        if let Some(after_s) = kiosk {
+            workstation.begin_kiosk(&cc.egui_ctx, after_s);
+        }
+        Box::new(workstation)
     };
     eframe::run_native("Bregma", options, Box::new(|cc| Ok(begin(cc))))
 }
@@ -96,6 +104,12 @@ impl Workstation {
     pub fn preferring(mut self, preferences: Preferences) -> Self {
         self.bench.remembered.preferences = preferences;
         self
+    }
+
+    /// Fills the screen; left alone, the picture turns by itself.
+    pub fn begin_kiosk(&mut self, ctx: &Context, after_s: Kiosk) {
+        let bench = &mut self.bench;
+        bench.stage.fill(ctx, Some(after_s.unwrap_or(bench.remembered.preferences.kiosk_after_s)));
     }
 
     /// Scans are on their way in.
@@ -186,11 +200,14 @@ impl Workstation {
         let commands: Vec<&'static Command> = COMMANDS.iter().chain(Panels::commands()).collect();
         let pressed = menu::pressed(ui.ctx(), &commands, panels, bench);
         let painted = panels.painting(&bench.work).is_some();
-        let top = Panel::top("menu").show(ui, |ui| menu::show(ui, &commands, panels, bench, |ui, bench| beside_menus(ui, bench, painted)));
         // It is taken out while it asks the panels what can be done.
         let mut palette = std::mem::take(&mut panels.palette);
         let typed = palette.show(ui.ctx(), &commands, panels, bench);
         panels.palette = palette;
+        if bench.stage.is_full() {
+            return pressed.or(typed);
+        }
+        let top = Panel::top("menu").show(ui, |ui| menu::show(ui, &commands, panels, bench, |ui, bench| beside_menus(ui, bench, painted)));
         top.inner.or(pressed).or(typed)
     }
 
@@ -270,7 +287,7 @@ impl Workstation {
         let Some(rect) = picture else { return };
         let ui = &mut ui.new_child(egui::UiBuilder::new().max_rect(rect));
         bench.under_mm = bench.under_mm.or_else(|| bench.view.under(ui, &bench.work));
-        match bench.view.show(ui, &mut bench.work, &bench.found, bench.hovered_mm) {
+        match bench.view.show(ui, &mut bench.work, &bench.found, bench.hovered_mm, bench.remembered.preferences.turns_freely) {
             Ok(size) => {
                 let resting = bench.view.is_resting(ui.ctx());
                 let opened = &bench.work.opened;
@@ -284,11 +301,26 @@ impl Workstation {
         }
     }
 
+    /// What lies around the picture. Gives the command of the tool that is taken.
+    fn around_ui(&mut self, ui: &mut Ui) -> Option<&'static Command> {
+        Panel::bottom("status").exact_size(STATUS).show(ui, |ui| self.status_ui(ui));
+        if self.bench.is_empty() {
+            return None;
+        }
+        self.panels.show_left(ui, &mut self.bench);
+        self.bench.measure();
+        let taken = Panel::left("tools").exact_size(TOOLS).resizable(false).show(ui, |ui| self.tools_ui(ui)).inner;
+        self.panels.show_right(ui, &mut self.bench);
+        taken
+    }
+
     /// What lies over the picture, which is at `place`: drawers, what is loading, questions and messages. Gives the command that one of these
     /// offers and that is asked for.
     fn over_ui(&mut self, ui: &mut Ui, place: Rect) -> Option<&'static Command> {
         let ctx = ui.ctx().clone();
-        self.panels.show_over(ui, &mut self.bench, place);
+        if !self.bench.stage.is_full() {
+            self.panels.show_over(ui, &mut self.bench, place);
+        }
         let bench = &mut self.bench;
         if let Some(loading) = &mut bench.loading
             && loading.show(&ctx, place)
@@ -331,14 +363,14 @@ impl eframe::App for Workstation {
         self.bench.collect(&ctx);
         self.panels.poll(&mut self.bench);
         let chosen = self.top_ui(ui);
-        Panel::bottom("status").exact_size(STATUS).show(ui, |ui| self.status_ui(ui));
-        let mut taken = None;
-        if !self.bench.is_empty() {
-            self.panels.show_left(ui, &mut self.bench);
+        self.bench.stage.look(&ctx);
+        self.bench.turn_by_itself(&ctx);
+        let taken = if self.bench.stage.is_full() {
             self.bench.measure();
-            Panel::left("tools").exact_size(TOOLS).resizable(false).show(ui, |ui| taken = self.tools_ui(ui));
-            self.panels.show_right(ui, &mut self.bench);
-        }
+            None
+        } else {
+            self.around_ui(ui)
+        };
         let frame = Frame::NONE.fill(ui.visuals().extreme_bg_color);
         let place = CentralPanel::default().frame(frame).show(ui, |ui| {
             let place = ui.max_rect();
@@ -353,7 +385,9 @@ impl eframe::App for Workstation {
         if !ctx.input(|i| i.pointer.any_down()) {
             self.bench.history.record(&self.bench.work);
         }
-        self.bench.keep(&ctx);
+        if !self.bench.stage.turns() {
+            self.bench.keep(&ctx);
+        }
         self.bench.guard_closing(&ctx);
         self.tell_title(&ctx);
         self.bench.remembered.look(&ctx);

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 /// As many as a menu shows without scrolling.
 const MOST: usize = 12;
 
-/// Size and place of the window, in points, and what was opened, the newest first.
+/// Size and place of the window, in points, what was opened, the newest first, and what the person prefers.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Remembered {
     #[serde(default)]
@@ -74,6 +74,9 @@ impl Remembered {
     /// Takes note of where the window is; it is written when the program ends.
     pub fn look(&mut self, ctx: &Context) {
         let viewport = ctx.input(|i| i.viewport().clone());
+        if viewport.fullscreen == Some(true) {
+            return;
+        }
         self.maximized = viewport.maximized.unwrap_or(false);
         if !self.maximized {
             self.size = viewport.inner_rect.map(|r| r.size().into()).or(self.size);

@@ -55,21 +55,21 @@ fn kept_of<S: Simd>(simd: S, mut kept: Kept<S>, region: &Region, lines: &Line<S>
         // Along the plane: all or nothing.
         kept.end = (rate.simd_eq(zero) & room.simd_gt(zero)).select(splat(-FAR), kept.end);
     }
-    for tube in &region.tubes {
-        let [(x, x_rate), (y, y_rate)] = [along_cut(simd, &tube.across[0], lines), along_cut(simd, &tube.across[1], lines)];
-        let radius = tube.radius_mm as f32;
-        let a = x_rate * x_rate + y_rate * y_rate;
-        let b = x * x_rate + y * y_rate;
-        let c = x * x + y * y - radius * radius;
+    for round in &region.rounds {
+        let [(x, x_rate), (y, y_rate), (z, z_rate)] = axes!(a => along_cut(simd, &round.across[a], lines));
+        let radius = round.radius_mm as f32;
+        let a = x_rate * x_rate + y_rate * y_rate + z_rate * z_rate;
+        let b = x * x_rate + y * y_rate + z * z_rate;
+        let c = x * x + y * y + z * z - radius * radius;
         let discriminant = b * b - a * c;
         // Both roots without cancellation (Numerical Recipes, 5.6).
         let k = -(b + discriminant.max(zero).sqrt().copysign(b));
         let moves = a.simd_gt(zero) & discriminant.simd_gt(zero);
         let (first, second) = (k / a, c / k);
         let (first, second) = (first.min(second), first.max(second));
-        let [u, v] = tube.across.map(|half| half.normal.as_vec3());
-        let (x, y) = ((x + first * x_rate) / radius, (y + first * y_rate) / radius);
-        enter(&mut kept, first, &axes!(a => x * u[a] + y * v[a]), moves);
+        let [u, v, w] = round.across.map(|half| half.normal.as_vec3());
+        let [x, y, z] = [(x + first * x_rate) / radius, (y + first * y_rate) / radius, (z + first * z_rate) / radius];
+        enter(&mut kept, first, &axes!(a => x * u[a] + y * v[a] + z * w[a]), moves);
         kept.end = moves.select(kept.end.min(second), kept.end);
         kept.end = (!moves & c.simd_gt(zero)).select(splat(-FAR), kept.end);
     }
@@ -122,8 +122,9 @@ mod tests {
         let mut r = Random(1);
         let mut compared = 0;
         for _ in 0..300 {
-            let shapes = (0..1 + (3.0 * r.unit()) as usize).map(|_| match (3.0 * r.unit()) as usize {
+            let shapes = (0..1 + (3.0 * r.unit()) as usize).map(|_| match (4.0 * r.unit()) as usize {
                 0 => Shape::Plane { normal: vector(&mut r, 1.0).normalize(), offset_mm: number(&mut r, 20.0) },
+                2 => Shape::Sphere { centre_mm: vector(&mut r, 20.0), radius_mm: 40.0 + number(&mut r, 20.0) },
                 1 => Shape::Box { low_mm: vector(&mut r, 20.0) - 40.0, high_mm: vector(&mut r, 20.0) + 40.0 },
                 _ => Shape::Cylinder {
                     centre_mm: vector(&mut r, 20.0),

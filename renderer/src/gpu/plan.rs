@@ -189,7 +189,7 @@ fn trace_params(
     let FrameLayer { placement, skip, appearance } = layer;
     let region = &placement.surface.region;
     let planes = region.halves.iter().flat_map(|half| cut_records(half, -1.0));
-    let tubes = region.tubes.iter().flat_map(|tube| tube.across.iter().flat_map(|half| cut_records(half, tube.radius_mm as f32)));
+    let rounds = region.rounds.iter().flat_map(|round| round.across.iter().flat_map(|half| cut_records(half, round.radius_mm as f32)));
     let levels = appearance.levels.iter().zip(&appearance.paints).flat_map(|(&level, paint)| [[level, 0.0, 0.0, 0.0], paint.to_array()]);
     let gradients = appearance.gradient_factors.iter().map(|&[magnitude, factor]| [magnitude, factor, 0.0, 0.0]);
     TraceParams {
@@ -217,7 +217,7 @@ fn trace_params(
         to_light_spans: padded_matrix(skip.light_spans.from_index.matrix3.as_mat3()),
         light_spans_origin: padded(skip.light_spans.from_index.translation.as_vec3()),
         light_blocks: skip.light_spans.size,
-        cuts: extras.add(2, planes.chain(tubes)),
+        cuts: extras.add(2, planes.chain(rounds)),
         levels: extras.add(2, levels),
         table: extras.add(1, appearance.steps.entries.iter().map(|entry| entry.to_array())),
         gradients: extras.add(1, gradients),

@@ -426,6 +426,9 @@ fn bench_reports_what_is_agreed() {
         "first_frame_ms",
         "median_ms",
         "p95_ms",
+        "min_per_s",
+        "mean_per_s",
+        "max_per_s",
         "isovalue_change_ms",
         "rays_per_s",
         "memory_bytes",
@@ -433,6 +436,10 @@ fn bench_reports_what_is_agreed() {
         assert!(json.get(key).is_some(), "{key}");
     }
     assert_eq!((json["threads"].as_u64(), json["backend"].as_str()), (Some(1), Some("cpu")));
+    let rate = ["min_per_s", "mean_per_s", "max_per_s"].map(|key| json[key].as_f64().unwrap());
+    assert!(0.0 < rate[0] && rate[0] <= rate[1] && rate[1] <= rate[2], "{rate:?}");
+    let text = stdout(&ok(&d, "bench ball.nrrd --iso 0 --size 64 --frames 2 --backend cpu"));
+    assert!(text.contains("at least") && text.contains("in the mean") && text.contains("at most"), "{text}");
 }
 
 #[test]

@@ -7,8 +7,11 @@
 
 mod by_hand;
 mod chart;
+mod compared_slices;
 mod correcting;
+mod cuts_by_hand;
 mod cutting;
+mod hand;
 mod keeping;
 mod kept_poses;
 mod layout;
@@ -19,6 +22,7 @@ mod opening;
 mod registering;
 mod sheet;
 mod slices;
+mod stage;
 
 use bregma::window::{Preferences, Start, Workstation};
 use bregma_renderer::Mode;

@@ -6,7 +6,7 @@ use crate::cli::opening::open;
 use crate::cli::terminal::{print, warn};
 use bregma_renderer::{Backend, Mode, Reconstruction, Renderer, Scene, Solver};
 use bregma_session::chart::orbit;
-use bregma_session::{Machine, Opened};
+use bregma_session::{FrameRate, Machine, Opened};
 use serde::Serialize;
 use std::time::Instant;
 
@@ -30,6 +30,8 @@ struct Record {
     first_frame_ms: f64,
     median_ms: f64,
     p95_ms: f64,
+    #[serde(flatten)]
+    rate: FrameRate,
     isovalue_change_ms: f64,
     rays_per_s: f64,
     memory_bytes: usize,
@@ -46,7 +48,7 @@ pub fn bench(args: &BenchArgs, machine: Machine) -> Result<(), CommandError> {
         return print(&(serde_json::to_string(&record).expect("the record has only numbers, texts and lists") + "\n"));
     }
     print(&format!(
-        "{}\n  first frame      {:8.1} ms\n  median           {:8.1} ms of {} frames of {}×{}\n  95th percentile  {:8.1} ms\n  isovalue change  {:8.1} ms\n  rays             {:8.2} million a second\n  memory           {:8.1} MiB\n",
+        "{}\n  first frame      {:8.1} ms\n  median           {:8.1} ms of {} frames of {}×{}\n  95th percentile  {:8.1} ms\n  frames a second  {:8.1} at least, {:.1} in the mean, {:.1} at most\n  isovalue change  {:8.1} ms\n  rays             {:8.2} million a second\n  memory           {:8.1} MiB\n",
         record.adapter,
         record.first_frame_ms,
         record.median_ms,
@@ -54,6 +56,9 @@ pub fn bench(args: &BenchArgs, machine: Machine) -> Result<(), CommandError> {
         record.size,
         record.size,
         record.p95_ms,
+        record.rate.min_per_s,
+        record.rate.mean_per_s,
+        record.rate.max_per_s,
         record.isovalue_change_ms,
         record.rays_per_s / 1e6,
         record.memory_bytes as f64 / f64::from(1 << 20),
@@ -86,6 +91,7 @@ fn measure(opened: &Opened, args: &BenchArgs, renderer: &mut dyn Renderer) -> Re
     frames.sort_by(f64::total_cmp);
     let at = |part: f64| frames[((frames.len() - 1) as f64 * part).round() as usize];
     let median_ms = at(0.5);
+    let rate = FrameRate::of(&frames).expect("the orbit has at least one frame");
     Ok(Record {
         backend,
         adapter,
@@ -100,6 +106,7 @@ fn measure(opened: &Opened, args: &BenchArgs, renderer: &mut dyn Renderer) -> Re
         first_frame_ms,
         median_ms,
         p95_ms: at(0.95),
+        rate,
         isovalue_change_ms,
         rays_per_s: f64::from(args.size).powi(2) / (median_ms / 1e3),
         memory_bytes: opened.volumes.iter().map(|v| v.sample_bytes() + v.index_bytes()).sum::<usize>() + renderer.bytes(),

@@ -2,6 +2,7 @@
 
 use super::super::measured::Work;
 use super::super::picture::navigate::anatomical;
+use super::super::picture::solid_handles::LEAST_MM;
 use super::super::widgets::{self, elided, line, vector};
 use super::look;
 use bregma_field::{Unit, Volume};
@@ -87,6 +88,11 @@ fn add(ui: &mut Ui, work: &mut Work, bounds: &Bounds) {
             let radius_mm = (high - low).truncate().max_element() / 2.0;
             scene.clips.push(Clip::all(Shape::Cylinder { centre_mm: bounds.centre_mm, axis: DVec3::Z, radius_mm }));
         }
+        if ui.button("Sphere").on_hover_text("Keeps a ball, such as what lies around a joint").clicked() {
+            let (low, high) = inner_box(scene, &work.opened.volumes, bounds);
+            let radius_mm = (high - low).min_element() / 2.0;
+            scene.clips.push(Clip::all(Shape::Sphere { centre_mm: bounds.centre_mm, radius_mm }));
+        }
         let last: Vec<DVec3> =
             work.measured.landmarks.iter().rev().filter_map(|l| l.point_mm).take(3).collect::<Vec<_>>().into_iter().rev().collect();
         let through = <[DVec3; 3]>::try_from(last).ok().and_then(Clip::through);
@@ -130,6 +136,7 @@ fn title(shape: &Shape) -> String {
         }
         Shape::Box { .. } => "Box".into(),
         Shape::Cylinder { .. } => "Cylinder".into(),
+        Shape::Sphere { .. } => "Sphere".into(),
     }
 }
 
@@ -182,14 +189,22 @@ fn cut(ui: &mut Ui, number: usize, clip: &mut Clip, volumes: &[Arc<Volume>], bou
             let mut turned = *axis;
             vector(ui, "Axis", &format!("axis of cut {number}"), &mut turned, 0.01);
             *axis = if turned == *axis { *axis } else { turned.try_normalize().unwrap_or(*axis) };
-            ui.horizontal(|ui| {
-                ui.weak("Radius");
-                let radius = DragValue::new(radius_mm).range(0.1..=1e5).speed(0.5).max_decimals(2).suffix(" mm");
-                ui.add(radius.update_while_editing(false)).accessible_name(format!("Radius of cut {number}"));
-            });
+            radius(ui, number, radius_mm);
+        }
+        Shape::Sphere { centre_mm, radius_mm } => {
+            vector(ui, "Centre, mm", &format!("centre of cut {number}"), centre_mm, 0.5);
+            radius(ui, number, radius_mm);
         }
     }
     removed
+}
+
+fn radius(ui: &mut Ui, number: usize, radius_mm: &mut f64) {
+    ui.horizontal(|ui| {
+        ui.weak("Radius");
+        let radius = DragValue::new(radius_mm).range(LEAST_MM..=1e5).speed(0.5).max_decimals(2).suffix(" mm");
+        ui.add(radius.update_while_editing(false)).accessible_name(format!("Radius of cut {number}"));
+    });
 }
 
 /// Which volumes it cuts.

@@ -1,9 +1,9 @@
 //! A person's own looks: whole ones, and those of one scan. Each is a small file by its name.
 
 use super::super::bench::Bench;
+use bregma_session::ShelfError;
 use bregma_session::looks::{self, Look};
 use bregma_session::presets::{self, Preset};
-use bregma_session::ShelfError;
 use egui::{Button, ComboBox, Context, ScrollArea, TextEdit, Ui, Window};
 use std::path::{Path, PathBuf};
 

@@ -3,8 +3,10 @@
 mod along;
 mod chart;
 mod cuts;
+mod frame_rate;
 mod hand;
 mod histogram;
+mod kiosk;
 mod landmarks;
 mod light;
 mod look;
@@ -35,6 +37,7 @@ use bregma_session::register::apart;
 use bregma_session::thickness::Coat;
 use chart::ChartPanel;
 use egui::{Key, Modifiers, Rect, ScrollArea, Ui};
+use frame_rate::FrameRatePanel;
 use looks::LooksPanel;
 use ray_form::RayForm;
 use register::RegisterPanel;
@@ -64,6 +67,8 @@ pub struct Panels {
     scan: ScanPanel,
     /// Looks that are kept by name.
     looks: LooksPanel,
+    frame_rate: FrameRatePanel,
+    asks_for_kiosk: bool,
 }
 
 /// The panels on the right: one is seen at a time.
@@ -117,7 +122,7 @@ const PLAIN: Panel =
 
 const NONE: Modifiers = Modifiers::NONE;
 
-const PANELS: [Panel; 12] = [
+const PANELS: [Panel; 14] = [
     Panel {
         place: Place::Left,
         show: |p, bench, ui| {
@@ -205,6 +210,31 @@ const PANELS: [Panel; 12] = [
         ],
         poll: |p, bench| p.chart.poll(&bench.work.opened.volumes),
         show: |p, bench, ui| p.chart.show(ui.ctx(), bench),
+        ..PLAIN
+    },
+    Panel {
+        commands: &[Command::new(Menu::View, "Frame rate…", &[], |p, _, _| p.frame_rate.is_open = !p.frame_rate.is_open)],
+        poll: |p, _| p.frame_rate.poll(),
+        show: |p, bench, ui| {
+            let painting = p.painting(&bench.work);
+            p.frame_rate.show(ui.ctx(), bench, painting);
+        },
+        ..PLAIN
+    },
+    Panel {
+        commands: &[
+            Command::new(Menu::View, "Full screen", &[(NONE, Key::F11)], |_, b, ctx| {
+                if b.stage.is_full() {
+                    b.stage.leave(ctx);
+                } else {
+                    b.stage.fill(ctx, None);
+                    b.messages.note("Escape or F11 leads back to the window");
+                }
+            })
+            .apart(),
+            Command::new(Menu::View, "Kiosk…", &[], |p, _, _| p.asks_for_kiosk = true),
+        ],
+        show: |p, bench, ui| p.asks_for_kiosk = p.asks_for_kiosk && kiosk::show(ui.ctx(), bench),
         ..PLAIN
     },
 ];

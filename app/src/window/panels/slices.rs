@@ -13,14 +13,17 @@ use glam::DQuat;
 
 const NONE: Modifiers = Modifiers::NONE;
 
+/// The menu of the slices that stand alone.
+const ALONE: &str = "One slice";
+
 /// The layouts, by their entries of the menu.
 pub const COMMANDS: &[Command] = &[
     Command::new(Menu::View, "Picture alone", &[(NONE, Key::C)], |_, b, _| b.work.opened.slices.layout = Layout::Picture).apart(),
     Command::new(Menu::View, "Picture and slices", &[(NONE, Key::S)], |_, b, _| b.work.opened.slices.layout = Layout::All),
     Command::new(Menu::View, "Three slices", &[], |_, b, _| b.work.opened.slices.layout = Layout::Slices),
-    Command::new(Menu::View, "Axial slice alone", &[], |_, b, _| b.work.opened.slices.layout = Layout::Axial),
-    Command::new(Menu::View, "Coronal slice alone", &[], |_, b, _| b.work.opened.slices.layout = Layout::Coronal),
-    Command::new(Menu::View, "Sagittal slice alone", &[], |_, b, _| b.work.opened.slices.layout = Layout::Sagittal),
+    Command::new(Menu::View, "Axial slice alone", &[], |_, b, _| b.work.opened.slices.layout = Layout::Axial).within(ALONE),
+    Command::new(Menu::View, "Coronal slice alone", &[], |_, b, _| b.work.opened.slices.layout = Layout::Coronal).within(ALONE),
+    Command::new(Menu::View, "Sagittal slice alone", &[], |_, b, _| b.work.opened.slices.layout = Layout::Sagittal).within(ALONE),
 ];
 
 /// What a layout is called.

@@ -2,9 +2,8 @@
 
 use super::super::measured::Work;
 use super::marks::Screen;
-use super::navigate::mm_per_pixel;
+use super::navigate::mm_per_pixel_at;
 use bregma_field::{Grid, Registration, Volume};
-use bregma_renderer::Projection;
 use bregma_session::Opened;
 use egui::{PointerButton, Pos2, Response, Ui};
 use glam::{DAffine3, DMat3, DQuat, DVec3};
@@ -120,13 +119,7 @@ impl ByHand {
             self.turn(work, DQuat::from_axis_angle(basis.forward, angle), about_mm);
             return;
         }
-        let nearer = match camera.projection {
-            Projection::Perspective { .. } => (middle_mm - camera.eye_mm).dot(basis.forward) / camera.eye_mm.distance(camera.target_mm),
-            Projection::Orthographic { .. } => 1.0,
-        };
-        // From within a scan its middle may lie behind the eye, where nothing follows a mouse.
-        let nearer = if nearer > 0.0 { nearer } else { 1.0 };
-        let by = (drag.to - drag.from) * (mm_per_pixel(camera, f64::from(screen.rect.height())) * nearer) as f32;
+        let by = (drag.to - drag.from) * mm_per_pixel_at(camera, middle_mm, f64::from(screen.rect.height())) as f32;
         let shift_mm = f64::from(by.x) * basis.right - f64::from(by.y) * basis.up;
         if let Some(moved) = self.moved(&work.opened) {
             self.place(work, Moved { shift_mm: moved.shift_mm + shift_mm, ..moved });

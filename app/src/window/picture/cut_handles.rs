@@ -1,9 +1,11 @@
-//! Planes moved and turned by hand: an arrow on each, in the picture.
+//! Planes moved and turned by hand: an arrow on each, in the picture, and the mouse beside it.
 
 use super::marks::{self, Screen};
 use super::navigate::mm_per_pixel;
-use bregma_renderer::{Basis, Bounds, Scene, Shape};
-use egui::{Color32, CursorIcon, PointerButton, Rect, Role, Sense, Ui, Vec2, WidgetInfo};
+use bregma_field::Grid;
+use bregma_renderer::{Basis, Bounds, Clip, Scene, Shape};
+use bregma_session::step_along_mm;
+use egui::{Color32, CursorIcon, PointerButton, Rect, Response, Role, Sense, Ui, Vec2, WidgetInfo};
 use glam::{DQuat, DVec3};
 use std::f64::consts::PI;
 
@@ -11,23 +13,88 @@ use std::f64::consts::PI;
 const ARROW: f32 = 60.0;
 /// A shorter arrow points along the view: the mouse cannot follow it.
 const SHORTEST: f32 = 12.0;
-const COLOR: Color32 = Color32::from_rgb(255, 215, 80);
+/// Of all that belongs to cuts.
+pub const COLOR: Color32 = Color32::from_rgb(255, 215, 80);
 
-/// The plane that the mouse holds: its number, and where its arrow begins.
-pub type Held = Option<(usize, DVec3)>;
+/// What the mouse has of the planes.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Held {
+    /// The plane that it holds: its number, and where its arrow begins.
+    plane: Option<(usize, DVec3)>,
+    /// The plane that it held last, among how many cuts.
+    last: Option<(usize, usize)>,
+    /// When the wheel moved one, in the window's seconds.
+    wheel_at: Option<f64>,
+}
+
+/// What is left of the wheel's way comes within so many seconds, whether Ctrl is still held or not.
+const WHEEL_S: f64 = 0.3;
+
+impl Held {
+    /// The plane that Ctrl is for: the one that was held last, else the last that cuts; none where there is none.
+    pub fn active(&self, clips: &[Clip]) -> Option<usize> {
+        let cuts = |n: &usize| clips.get(*n).is_some_and(|clip| clip.enabled && matches!(clip.shape, Shape::Plane { .. }));
+        // Of others that came or went, the last one is the newest.
+        let last = self.last.filter(|(_, count)| *count == clips.len()).map(|(n, _)| n);
+        last.filter(cuts).or_else(|| (0..clips.len()).rev().find(cuts))
+    }
+
+    fn hold(&mut self, n: usize, foot: DVec3, count: usize) {
+        (self.plane, self.last) = (Some((n, foot)), Some((n, count)));
+    }
+}
+
+/// The wheel's way from sample to sample, in points: about a notch.
+const NOTCH: f64 = 40.0;
+
+/// Ctrl + wheel moves the active plane along its normal, up deeper, from sample to sample, with Shift ten at once; Ctrl + drag turns it about its point
+/// that lies nearest to the middle of what is shown. With Alt it does not. Whether the mouse did so.
+pub fn by_mouse(ui: &Ui, response: &Response, scene: &mut Scene, grids: &[Grid], height: f64, held: &mut Held) -> bool {
+    let (modifiers, pinch) = ui.input(|i| (i.modifiers, i.zoom_delta()));
+    let now = ui.input(|i| i.time);
+    let goes_on = pinch != 1.0 && held.wheel_at.is_some_and(|at| now - at < WHEEL_S);
+    let is_meant = modifiers.command && !modifiers.alt || goes_on;
+    let Some(n) = held.active(&scene.clips).filter(|_| is_meant) else { return false };
+    let (camera, count) = (scene.camera, scene.clips.len());
+    let Shape::Plane { normal, offset_mm } = &mut scene.clips[n].shape else { return false };
+    if response.hovered() && pinch != 1.0 {
+        // egui makes a factor of the points that the wheel went.
+        let points = f64::from(pinch.ln() / ui.options(|o| o.input_options.scroll_zoom_speed));
+        let samples = points / NOTCH * if modifiers.shift { 10.0 } else { 1.0 };
+        *offset_mm -= samples * step_along_mm(*normal, grids);
+        held.wheel_at = Some(now);
+        return true;
+    }
+    if response.dragged_by(PointerButton::Primary) {
+        let foot = held.plane.map_or_else(|| nearest(*normal, *offset_mm, Bounds::of(grids).centre_mm), |(_, foot)| foot);
+        *normal = turned(*normal, response.drag_delta(), &camera.basis(), height);
+        *offset_mm = normal.dot(foot);
+        held.hold(n, foot, count);
+        return true;
+    }
+    false
+}
+
+/// The point of a plane that lies nearest to another.
+fn nearest(normal: DVec3, offset_mm: f64, to_mm: DVec3) -> DVec3 {
+    to_mm + (offset_mm - normal.dot(to_mm)) * normal
+}
 
 /// Shows the arrows of the enabled planes: a drag moves a plane along its normal, with Shift it turns it.
 pub fn show(ui: &Ui, scene: &mut Scene, bounds: &Bounds, rect: Rect, size: [u32; 2], held: &mut Held) {
     let camera = scene.camera;
     let screen = Screen { camera: &camera, rect, size };
     let mm_per_point = mm_per_pixel(&camera, f64::from(rect.height()));
-    let painter = ui.painter_at(rect);
+    let (painter, count) = (ui.painter_at(rect), scene.clips.len());
+    if !ui.input(|i| i.pointer.any_down()) {
+        held.plane = None;
+    }
     for (n, clip) in scene.clips.iter_mut().enumerate().filter(|(_, clip)| clip.enabled) {
         let Shape::Plane { normal, offset_mm } = &mut clip.shape else { continue };
-        let nearest = bounds.centre_mm + (*offset_mm - normal.dot(bounds.centre_mm)) * *normal;
-        let foot = held.filter(|(held, _)| *held == n).map_or(nearest, |(_, foot)| foot);
-        let arrow_mm = f64::from(ARROW) * mm_per_point;
-        let (Some(from), Some(to)) = (screen.point(foot), screen.point(foot + arrow_mm * *normal)) else { continue };
+        let held_foot = held.plane.filter(|(held, _)| *held == n).map(|(_, foot)| foot);
+        let foot = held_foot.unwrap_or_else(|| nearest(*normal, *offset_mm, bounds.centre_mm));
+        let (Some(from), Some(arrow)) = (screen.point(foot), arrow(&screen, foot, *normal, mm_per_point)) else { continue };
+        let to = from + arrow;
         if !rect.contains(from) {
             continue;
         }
@@ -44,9 +111,7 @@ pub fn show(ui: &Ui, scene: &mut Scene, bounds: &Bounds, rect: Rect, size: [u32;
                 foot += moved_mm * *normal;
             }
             *offset_mm = normal.dot(foot);
-            *held = Some((n, foot));
-        } else if held.is_some_and(|(held, _)| held == n) {
-            *held = None;
+            held.hold(n, foot, count);
         }
         let strong = response.hovered() || response.dragged();
         marks::line(&painter, [from, to], if strong { 4.0 } else { 2.5 }, COLOR);
@@ -60,9 +125,14 @@ pub fn show(ui: &Ui, scene: &mut Scene, bounds: &Bounds, rect: Rect, size: [u32;
     }
 }
 
+/// A normal on the screen, from its foot on.
+pub fn arrow(screen: &Screen<'_>, foot: DVec3, normal: DVec3, mm_per_point: f64) -> Option<Vec2> {
+    Some(screen.point(foot + f64::from(ARROW) * mm_per_point * normal)? - screen.point(foot)?)
+}
+
 /// How far a plane goes along its normal when the mouse goes by `delta`, mm; `arrow` is the normal on the screen, and `away` how much of it
 /// leads into the picture.
-fn along(delta: Vec2, arrow: Vec2, away: f64, mm_per_point: f64) -> f64 {
+pub fn along(delta: Vec2, arrow: Vec2, away: f64, mm_per_point: f64) -> f64 {
     if arrow.length() >= SHORTEST {
         f64::from(delta.dot(arrow) / arrow.length_sq()) * f64::from(ARROW) * mm_per_point
     } else {

@@ -38,7 +38,7 @@ impl Screen<'_> {
     }
 
     /// A stretch of the world on the screen; what lies behind the eye is left out.
-    fn line(&self, ends: [DVec3; 2]) -> Option<[Pos2; 2]> {
+    pub fn line(&self, ends: [DVec3; 2]) -> Option<[Pos2; 2]> {
         // A point on the eye's own plane has no place in the picture.
         const NEAREST_MM: f64 = 1e-3;
         let depth = |p: DVec3| (p - self.camera.eye_mm).dot(self.camera.basis().forward);

@@ -1,6 +1,7 @@
 //! Camera moves: what the mouse and the keys do to the view. Distances on the screen are in pixels, x right, y down.
 
 use bregma_renderer::{Bounds, Camera, FOV_DEG, Projection};
+use bregma_session::Opened;
 use glam::{DQuat, DVec3};
 
 /// The turntable stops here, short of the pole, where "up in the picture" would flip.
@@ -40,14 +41,37 @@ const REACH_MM: [f64; 2] = [0.1, 1e5];
 
 /// Makes what lies around the target `factor` times larger.
 pub fn zoom(camera: &mut Camera, factor: f64) {
+    zoom_at(camera, camera.target_mm, factor);
+}
+
+/// Makes what lies around the point `at_mm` `factor` times larger, and keeps that where it is in the picture, with all that lies before and behind
+/// it: the eye comes nearer along the ray to it, or the view along parallel rays becomes lower around it.
+pub fn zoom_at(camera: &mut Camera, at_mm: DVec3, factor: f64) {
+    let within = |length_mm: f64| length_mm / (length_mm / factor).clamp(REACH_MM[0], REACH_MM[1]);
+    let forward = camera.basis().forward;
     match &mut camera.projection {
         Projection::Perspective { .. } => {
-            let distance = camera.eye_mm.distance(camera.target_mm);
-            let wanted = (distance / factor).clamp(REACH_MM[0], REACH_MM[1]);
-            camera.eye_mm = camera.target_mm - wanted * camera.basis().forward;
+            let factor = within(camera.eye_mm.distance(camera.target_mm));
+            (camera.eye_mm, camera.target_mm) = (at_mm + (camera.eye_mm - at_mm) / factor, at_mm + (camera.target_mm - at_mm) / factor);
         }
-        Projection::Orthographic { height_mm } => *height_mm = (*height_mm / factor).clamp(REACH_MM[0], REACH_MM[1]),
+        Projection::Orthographic { height_mm } => {
+            let factor = within(*height_mm);
+            *height_mm /= factor;
+            let shift = (at_mm - camera.target_mm).reject_from_normalized(forward) * (1.0 - 1.0 / factor);
+            camera.eye_mm += shift;
+            camera.target_mm += shift;
+        }
     }
+}
+
+/// Millimetres that one pixel covers at the depth of a point.
+pub fn mm_per_pixel_at(camera: &Camera, at_mm: DVec3, height_px: f64) -> f64 {
+    let nearer = match camera.projection {
+        Projection::Perspective { .. } => (at_mm - camera.eye_mm).dot(camera.basis().forward) / camera.eye_mm.distance(camera.target_mm),
+        Projection::Orthographic { .. } => 1.0,
+    };
+    // From within a scan the point may lie behind the eye, where nothing follows a mouse.
+    mm_per_pixel(camera, height_px) * if nearer > 0.0 { nearer } else { 1.0 }
 }
 
 /// Millimetres that one pixel covers at the depth of the target.
@@ -83,22 +107,37 @@ pub fn toggle_projection(camera: &mut Camera, bounds: &Bounds) {
 /// A view that a key leads to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Side {
-    /// The face.
+    /// The face: norma frontalis.
     Anterior,
-    /// The patient's left.
+    /// The back of the head: norma occipitalis.
+    Posterior,
+    /// The patient's left: norma lateralis sinistra.
     Left,
-    /// From above, the face up.
+    /// The patient's right: norma lateralis dextra.
+    Right,
+    /// From above, the face up: norma verticalis.
     Superior,
+    /// From below, the face up: norma basilaris.
+    Inferior,
     /// The face and the left, a little from above: the view that scans open with.
     ThreeQuarter,
 }
 
+/// All of what is open from `side`, in a picture that is `aspect` times as wide as high.
+pub fn look_at(opened: &mut Opened, side: Side, aspect: f64) {
+    let (points, bounds) = (opened.bone_points_mm(), opened.bounds());
+    look_from(&mut opened.scene.camera, &points, &bounds, side, aspect);
+}
+
 /// All `points` from `side`, in a picture that is `aspect` times as wide as high; the kind of projection stays.
-pub fn look_from(camera: &mut Camera, points: &[DVec3], bounds: &Bounds, side: Side, aspect: f64) {
+fn look_from(camera: &mut Camera, points: &[DVec3], bounds: &Bounds, side: Side, aspect: f64) {
     let (azimuth, elevation) = match side {
         Side::Anterior => (0.0, 0.0),
+        Side::Posterior => (180.0, 0.0),
         Side::Left => (90.0, 0.0),
+        Side::Right => (270.0, 0.0),
         Side::Superior => (0.0, 90.0),
+        Side::Inferior => (0.0, -90.0),
         Side::ThreeQuarter => (35.0, 10.0),
     };
     let orthographic = matches!(camera.projection, Projection::Orthographic { .. });
@@ -159,12 +198,14 @@ mod tests {
 
     #[test]
     fn leaving_the_view_from_above_does_not_flip_the_picture() {
-        let mut camera = Camera::orbit(&BOUNDS, 0.0, 0.0);
-        look_from(&mut camera, &[DVec3::ZERO, DVec3::splat(50.0)], &BOUNDS, Side::Superior, 1.0);
-        for (right, down) in [(0.02, 0.0), (0.0, -0.02), (0.01, -0.01)] {
-            let mut moved = camera;
-            rotate(&mut moved, right, down);
-            assert!(moved.basis().up.dot(camera.basis().up) > 0.99, "{right} {down}");
+        for (side, sign) in [(Side::Superior, 1.0), (Side::Inferior, -1.0)] {
+            let mut camera = Camera::orbit(&BOUNDS, 0.0, 0.0);
+            look_from(&mut camera, &[DVec3::ZERO, DVec3::splat(50.0)], &BOUNDS, side, 1.0);
+            for (right, down) in [(0.02, 0.0), (0.0, -0.02 * sign), (0.01, -0.01 * sign)] {
+                let mut moved = camera;
+                rotate(&mut moved, right, down);
+                assert!(moved.basis().up.dot(camera.basis().up) > 0.99, "{side:?} {right} {down}");
+            }
         }
     }
 
@@ -195,6 +236,33 @@ mod tests {
         toggle_projection(&mut other, &BOUNDS);
         assert!((size(&other) - 2.0 * size(&camera)).abs() < 1e-6);
         assert!((20.0 / mm_per_pixel(&camera, 600.0) - size(&camera)).abs() < 1e-6);
+    }
+
+    #[test]
+    fn what_is_zoomed_at_stays_and_becomes_larger() {
+        // Fails if the point under the mouse moves, what lies around it does not grow by the factor, or the view turns.
+        for orthographic in [false, true] {
+            for point in [BOUNDS.centre_mm + DVec3::new(30.0, -70.0, 25.0), BOUNDS.centre_mm] {
+                let mut camera = Camera::orbit(&BOUNDS, 40.0, 10.0);
+                if orthographic {
+                    toggle_projection(&mut camera, &BOUNDS);
+                }
+                let beside = point + 0.5 * camera.basis().up;
+                let (before, up, forward) = (at(&camera, point), at(&camera, beside), camera.basis().forward);
+                zoom_at(&mut camera, point, 2.5);
+                let (after, up_then) = (at(&camera, point), at(&camera, beside));
+                assert!((after.0 - before.0).abs() < 1e-6 && (after.1 - before.1).abs() < 1e-6, "{orthographic} {before:?} {after:?}");
+                assert!(((after.1 - up_then.1) / (before.1 - up.1) - 2.5).abs() < 1e-6);
+                assert!((camera.basis().forward - forward).length() < 1e-12);
+                // As near as one comes, and back: nothing is lost.
+                let near = camera;
+                zoom_at(&mut camera, point, 1e9);
+                assert!(mm_per_pixel(&camera, 600.0) > 1e-5);
+                let back = mm_per_pixel(&camera, 600.0) / mm_per_pixel(&near, 600.0);
+                zoom_at(&mut camera, point, back);
+                assert!((camera.eye_mm - near.eye_mm).length() < 1e-6, "{camera:?} {near:?}");
+            }
+        }
     }
 
     #[test]

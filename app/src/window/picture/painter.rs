@@ -47,6 +47,20 @@ pub struct Painted {
     pub adapter: String,
 }
 
+impl Painted {
+    /// Puts the compared pictures together anew where the line, the squares or the turn are others. Gives what is to be seen then.
+    pub fn join(&mut self, compare: Compare, at_s: f64) -> Option<ColorImage> {
+        let compare = compare.reduced(self.reduction);
+        // Pictures of another size, or one of all scans, are on their way.
+        let is_side = |compare| compare == Compare::SideBySide;
+        let fits = self.parts.len() == 2 && compare != Compare::Off && is_side(compare) == is_side(self.joined.0);
+        let joined = (compare, compare.turn(at_s));
+        self.picture = (fits && self.joined != joined).then(|| compare.join(&self.parts, at_s)).flatten()?;
+        self.joined = joined;
+        Some(image(&self.picture))
+    }
+}
+
 /// What the two threads hand each other.
 #[derive(Debug, Default)]
 pub(super) struct Desk {

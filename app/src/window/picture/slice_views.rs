@@ -4,6 +4,7 @@ use super::super::measured::{Tool, Work};
 use super::super::under;
 use super::by_hand::{ByHand, Drag};
 use super::cast::Found;
+use super::frames;
 use super::marks::{self, Screen};
 use super::navigate::mm_per_pixel;
 use super::painter::{Painted, Painter};
@@ -14,7 +15,8 @@ use bregma_renderer::{BodyPlane, Camera, Picture, Shape, Window};
 use bregma_session::{Compare, Layout};
 use egui::emath::GuiRounding;
 use egui::{
-    Color32, Context, CursorIcon, Key, PointerButton, Pos2, Rect, Response, Role, Sense, TextureHandle, TextureOptions, Ui, WidgetInfo,
+    Color32, ColorImage, Context, CursorIcon, Key, PointerButton, Pos2, Rect, Response, Role, Sense, TextureHandle, TextureOptions, Ui,
+    WidgetInfo,
 };
 use glam::{DQuat, DVec3};
 
@@ -132,15 +134,19 @@ impl SliceView {
         match self.painter.as_mut()?.poll()? {
             Ok(mut painted) => {
                 let image = std::mem::take(&mut painted.image);
-                let options = if painted.reduction == 1 { TextureOptions::NEAREST } else { TextureOptions::LINEAR };
-                match &mut self.texture {
-                    Some(texture) => texture.set(image, options),
-                    none => *none = Some(ctx.load_texture("slice", image, options)),
-                }
+                self.put(ctx, image, painted.reduction);
                 self.painted = Some(painted);
                 None
             }
             Err(text) => Some(text),
+        }
+    }
+
+    fn put(&mut self, ctx: &Context, image: ColorImage, reduction: u32) {
+        let options = if reduction == 1 { TextureOptions::NEAREST } else { TextureOptions::LINEAR };
+        match &mut self.texture {
+            Some(texture) => texture.set(image, options),
+            none => *none = Some(ctx.load_texture("slice", image, options)),
         }
     }
 
@@ -202,6 +208,13 @@ impl SliceView {
         let compare = if matches!(opened.compare, Compare::SideBySide | Compare::Flicker { .. }) { Compare::Off } else { opened.compare };
         let painter = self.painter.get_or_insert_with(|| Painter::of_slices(ctx));
         painter.want(&opened.volumes, &scene, size, (compare, opened.compared()), None, resting);
+        // The line of a swipe moves without a new picture, and squares come in its place.
+        if let Some(painted) = &mut self.painted
+            && let Some(image) = painted.join(compare, ctx.time())
+        {
+            let reduction = painted.reduction;
+            self.put(ctx, image, reduction);
+        }
     }
 }
 
@@ -267,7 +280,7 @@ impl Hand<'_> {
         });
         let cut = work.opened.scene.clips.iter().enumerate().filter(|(_, clip)| clip.enabled).find(|(_, clip)| match clip.shape {
             Shape::Plane { normal, offset_mm } => marks::cut(&self.screen, normal, offset_mm).is_some_and(|ends| away(ends, at) <= REACH),
-            Shape::Box { .. } | Shape::Cylinder { .. } => false,
+            Shape::Box { .. } | Shape::Cylinder { .. } | Shape::Sphere { .. } => false,
         });
         match (landmark, cut) {
             (Some((n, _)), _) => Grip::Landmark(n),
@@ -366,13 +379,7 @@ impl Hand<'_> {
     fn marks(&self, ui: &Ui, work: &Work, found: &[Found]) {
         let (painter, screen) = (&ui.painter_at(self.screen.rect), &self.screen);
         let slices = &work.opened.slices;
-        for clip in work.opened.scene.clips.iter().filter(|clip| clip.enabled) {
-            if let Shape::Plane { normal, offset_mm } = clip.shape
-                && let Some(ends) = marks::cut(screen, normal, offset_mm)
-            {
-                marks::line(painter, ends, 1.5, CUT);
-            }
-        }
+        frames::on_slice(painter, screen, &work.opened, slices.at_mm);
         marks::crosshair(painter, screen, slices.at_mm);
         let measured = &work.measured;
         for (n, (named, found)) in measured.rays.iter().zip(found).enumerate() {
@@ -409,9 +416,6 @@ impl Hand<'_> {
         format!("{}  {place}{slab}", name(self.plane))
     }
 }
-
-/// Of cuts, as their arrows in the picture.
-const CUT: Color32 = Color32::from_rgb(255, 215, 80);
 
 /// How far a point lies from the line through two others.
 fn away([a, b]: [Pos2; 2], at: Pos2) -> f32 {

@@ -5,18 +5,20 @@ use super::by_hand::{ByHand, Drag};
 use super::cast::{Found, cast, out_of_bone};
 use super::compare_bar;
 use super::cut_handles::{self, Held};
+use super::frames;
 use super::legend;
 use super::marks::{self, Screen};
-use super::navigate;
-use super::painter::{self, Painted};
+use super::mouse::Mouse;
+use super::navigate::{self, Side};
+use super::painter::Painted;
+use super::solid_handles;
 use bregma_renderer::Ray;
-use bregma_session::Compare;
+use bregma_session::{Compare, Layout};
 use egui::emath::GuiRounding;
 use egui::{
     Color32, ColorImage, CursorIcon, PointerButton, Pos2, Rect, Response, Role, Sense, TextureHandle, TextureOptions, Ui, WidgetInfo,
 };
 use glam::DVec3;
-use std::f64::consts::PI;
 
 /// The picture on the screen.
 #[derive(Default)]
@@ -108,22 +110,17 @@ impl View {
 
     /// Puts the compared pictures together anew where the line or the time has moved on.
     fn join(&mut self, compare: Compare, ctx: &egui::Context) {
-        let Some(mut painted) = self.painted.take() else { return };
-        let (compare, at_s) = (compare.reduced(painted.reduction), ctx.time());
+        let Some(painted) = &mut self.painted else { return };
+        let at_s = ctx.time();
         if let Compare::Flicker { per_s } = compare
             && painted.parts.len() == 2
         {
             ctx.request_repaint_after_secs((((at_s * per_s).floor() + 1.0) / per_s - at_s) as f32);
         }
-        // Pictures of another size, or one of all scans, are on their way.
-        let is_side = |compare| compare == Compare::SideBySide;
-        let fits = painted.parts.len() == 2 && compare != Compare::Off && is_side(compare) == is_side(painted.joined.0);
-        let joined = (compare, compare.turn(at_s));
-        if let Some(picture) = (fits && painted.joined != joined).then(|| compare.join(&painted.parts, at_s)).flatten() {
-            self.put(ctx, painter::image(&picture), painted.reduction);
-            (painted.picture, painted.joined) = (picture, joined);
+        if let Some(image) = painted.join(compare, at_s) {
+            let reduction = painted.reduction;
+            self.put(ctx, image, reduction);
         }
-        self.painted = Some(painted);
     }
 
     /// The parts of the screen that show the scene, with their pixels: one, or two side by side.
@@ -140,8 +137,16 @@ impl View {
         panes
     }
 
-    /// Shows the picture and lets the mouse work on it. Gives its size in pixels; `Err` is a sentence for the person.
-    pub fn show(&mut self, ui: &mut Ui, work: &mut Work, found: &[Found], hovered_mm: Option<f64>) -> Result<[u32; 2], String> {
+    /// Shows the picture and lets the mouse work on it, which turns it freely or as a turntable. Gives its size in pixels; `Err` is a sentence for
+    /// the person.
+    pub fn show(
+        &mut self,
+        ui: &mut Ui,
+        work: &mut Work,
+        found: &[Found],
+        hovered_mm: Option<f64>,
+        turns_freely: bool,
+    ) -> Result<[u32; 2], String> {
         let pixels_per_point = ui.pixels_per_point();
         let rect = ui.available_rect_before_wrap().round_to_pixels(pixels_per_point);
         let size = [rect.width(), rect.height()].map(|n| (n * pixels_per_point).round().max(1.0) as u32);
@@ -158,19 +163,42 @@ impl View {
         if response.clicked_by(PointerButton::Primary)
             && !self.closes_popup
             && let Some(at) = response.interact_pointer_pos()
+            && let Some((pane, pixels)) = self.panes(work, rect, size).into_iter().find(|(pane, _)| pane.contains(at))
         {
-            let pane = self.panes(work, rect, size).into_iter().find(|(pane, _)| pane.contains(at));
-            told = pane.map_or(Ok(()), |(pane, pixels)| self.click(work, pane, pixels, at)).map(|()| size);
+            let resets = response.double_clicked() && self.is_ground(ui, work, pane, pixels, at);
+            if resets {
+                navigate::look_at(&mut work.opened, Side::ThreeQuarter, self.aspect());
+            } else {
+                told = self.click(work, pane, pixels, at).map(|()| size);
+            }
         }
         if !self.move_by_hand(ui, &response, work, rect, size)
             && let Some((pane, pixels)) = self.panes(work, rect, size).first().copied()
         {
             self.hold_landmark(ui, &response, work, pane, pixels);
         }
-        if self.held_landmark.is_none() && self.navigate(ui, &response, work, rect) {
-            self.moved_at = ui.ctx().time();
+        if self.held_landmark.is_none() && !self.has_cut(ui, &response, work) {
+            let panes = self.panes(work, rect, size);
+            self.navigate(ui, &response, work, &panes, turns_freely);
         }
 
+        let on_dot = self.draw(ui, work, found, hovered_mm, rect, size);
+        if let Some((pane, pixels, at)) = on_dot.filter(|_| !self.closes_popup) {
+            told = self.click(work, pane, pixels, at).map(|()| size);
+        }
+        told
+    }
+
+    /// Draws the picture, and over it what is marked and held. Gives where a dot of a cut was clicked, and in which picture of how many pixels.
+    fn draw(
+        &mut self,
+        ui: &mut Ui,
+        work: &mut Work,
+        found: &[Found],
+        hovered_mm: Option<f64>,
+        rect: Rect,
+        size: [u32; 2],
+    ) -> Option<(Rect, [u32; 2], Pos2)> {
         self.join(work.opened.compare, ui.ctx());
         let panes = self.panes(work, rect, size);
         let painter = ui.painter_at(rect);
@@ -180,11 +208,14 @@ impl View {
         }
         compare_bar::line(ui, &mut work.opened.compare, rect);
         let bounds = work.opened.bounds();
-        if let Some((pane, pixels)) = panes.first() {
-            cut_handles::show(ui, &mut work.opened.scene, &bounds, *pane, *pixels, &mut self.held);
+        let mut on_dot = None;
+        if let Some((pane, pixels)) = panes.first().copied() {
+            cut_handles::show(ui, &mut work.opened.scene, &bounds, pane, pixels, &mut self.held);
+            on_dot = solid_handles::show(ui, &mut work.opened.scene, pane, pixels).map(|at| (pane, pixels, at));
         }
         for (rect, size) in panes.iter().copied() {
             let screen = Screen { camera: &work.opened.scene.camera, rect, size };
+            frames::show(&ui.painter_at(rect), &screen, &work.opened, self.held.active(&work.opened.scene.clips));
             marks(&ui.painter_at(rect), &screen, &work.measured, found, hovered_mm);
             let pivot_mm = self.hand.as_ref().and_then(|hand| hand.middle_mm(&work.opened));
             pivot_mm.into_iter().for_each(|p| marks::pivot(&ui.painter_at(rect), &screen, p));
@@ -197,7 +228,12 @@ impl View {
             compare_bar::names(&painter, &work.opened, self.rect.unwrap_or(rect), ui.ctx().time());
             marks::scale_bar(ui, &Screen { camera: &work.opened.scene.camera, rect, size });
         }
-        told
+        on_dot
+    }
+
+    /// The view moved by itself, at this time of the window, seconds.
+    pub fn moved(&mut self, at_s: f64) {
+        self.moved_at = at_s;
     }
 
     /// Nothing moved lately and no button is held. Asks for another look when that time comes.
@@ -209,33 +245,31 @@ impl View {
         left <= 0.0 && !ctx.input(|i| i.pointer.any_down())
     }
 
-    /// As in 3D Slicer: left rotates, middle or Shift+left pans, right or the wheel zooms, Ctrl+left rolls. While the hand has a scan, left and
-    /// Ctrl+left are its, and Alt+left rotates.
-    fn navigate(&self, ui: &Ui, response: &Response, work: &mut Work, rect: Rect) -> bool {
+    /// Lets the mouse have the active cut. Whether it has.
+    fn has_cut(&mut self, ui: &Ui, response: &Response, work: &mut Work) -> bool {
+        let (grids, height) = (work.opened.grids(), f64::from(response.rect.height()));
+        let has = self.hand.is_none() && cut_handles::by_mouse(ui, response, &mut work.opened.scene, &grids, height, &mut self.held);
+        if has {
+            self.moved_at = ui.ctx().time();
+        }
+        has
+    }
+
+    /// Lets the mouse and the keys move the view.
+    fn navigate(&mut self, ui: &Ui, response: &Response, work: &mut Work, panes: &[(Rect, [u32; 2])], turns_freely: bool) {
+        let at = response.hover_pos();
+        let Some(pane) = panes.iter().find(|(pane, _)| at.is_some_and(|at| pane.contains(at))).or(panes.first()) else { return };
+        let mouse = Mouse { turns_freely, is_taken: self.hand.is_some(), pane: *pane, under_mm: self.under(ui, work) };
         let camera = &mut work.opened.scene.camera;
         let before = *camera;
-        let (modifiers, wheel, pinch) = ui.input(|i| (i.modifiers, i.smooth_scroll_delta().y, i.zoom_delta()));
-        let delta = response.drag_delta();
-        let (dx, dy, height) = (f64::from(delta.x), f64::from(delta.y), f64::from(rect.height()));
-        let left = response.dragged_by(PointerButton::Primary) && (self.hand.is_none() || modifiers.shift || modifiers.alt);
-        if response.dragged_by(PointerButton::Middle) || left && modifiers.shift {
-            navigate::pan(camera, dx, dy, height);
-        } else if left && modifiers.command {
-            if let Some(to) = response.interact_pointer_pos() {
-                let angle = (to - delta - rect.center()).angle() - (to - rect.center()).angle();
-                navigate::roll(camera, -f64::from(angle));
-            }
-        } else if left {
-            // The height of the view turns the skull by half a turn.
-            navigate::rotate(camera, dx * PI / height, dy * PI / height);
-        } else if response.dragged_by(PointerButton::Secondary) {
-            // Pulling the mouse toward oneself brings the skull nearer.
-            navigate::zoom(camera, (dy * 4.0 / height).exp());
+        mouse.navigate(ui, response, camera);
+        // Over a slice the keys are its.
+        if response.hovered() || work.opened.slices.layout == Layout::Picture {
+            mouse.keys(ui, camera);
         }
-        if response.hovered() && (wheel != 0.0 || pinch != 1.0) {
-            navigate::zoom(camera, (f64::from(wheel) * 0.004).exp() * f64::from(pinch));
+        if *camera != before {
+            self.moved_at = ui.ctx().time();
         }
-        *camera != before
     }
 
     /// Lets the scan that the hand has follow the mouse. Whether the hand has one.
@@ -292,6 +326,13 @@ impl View {
         let [x, y] = [(at.x - whole.left()) * scale, (at.y - whole.top()) * scale].map(|v| v.max(0.0) as usize);
         let id = painted.picture.volume_id.get(y * painted.picture.width as usize + x)?;
         usize::from(*id).checked_sub(1)
+    }
+
+    /// Nothing lies at a point of the screen that the mouse is on: no surface, and nothing that another mode draws.
+    fn is_ground(&self, ui: &Ui, work: &Work, rect: Rect, size: [u32; 2], at: Pos2) -> bool {
+        let (x, y) = Screen { camera: &work.opened.scene.camera, rect, size }.pixel(at);
+        let ray = work.opened.scene.camera.ray(x, y, size[0], size[1]);
+        self.under(ui, work).is_none() && matches!(picked(work, self.shown_at(rect, size, at), &ray), Ok(None))
     }
 
     /// What the tool does at a point of the screen.

@@ -1,0 +1,74 @@
+//! Swipe and checkerboard in slices, by scans that are told apart by every value.
+
+use super::*;
+use bregma_renderer::{BodyPlane, Named, Picture};
+
+/// A cube of 24 samples a side of the values `low` and `high` by turns in its layers, as an NRRD file.
+fn cube(name: &str, [low, high]: [u8; 2]) -> std::path::PathBuf {
+    let file = std::env::temp_dir().join(format!("bregma-compared-{}-{name}.nrrd", std::process::id()));
+    let mut bytes = b"NRRD0004\ntype: uchar\ndimension: 3\nsizes: 24 24 24\nspacings: 1 1 1\nencoding: raw\n\n".to_vec();
+    bytes.extend((0..24 * 24 * 24).map(|n| if n / 24 % 4 < 2 { low } else { high }));
+    std::fs::write(&file, bytes).unwrap();
+    file
+}
+
+fn compare_by(window: &mut Window, kind: &str) {
+    window.get_by_label("Compare").click();
+    window.run_steps(3);
+    window.get_by_label(kind).click();
+    window.run_steps(2);
+    settle(window);
+}
+
+/// Holds each value of a slice to the scan that `is_second` says is there. Gives how many of the first and the second were seen.
+fn count(picture: &Picture, is_second: impl Fn(u32, u32) -> bool) -> [usize; 2] {
+    let mut seen = [0; 2];
+    assert_eq!(picture.values.len(), (picture.width * picture.height) as usize);
+    for (n, value) in picture.values.iter().enumerate().filter(|(_, value)| value.is_finite()) {
+        let (x, y) = (n as u32 % picture.width, n as u32 / picture.width);
+        let second = is_second(x, y);
+        // The first holds 0 to 60, the second 100 to 200.
+        assert_eq!(*value >= 100.0, second, "{value} at {x}, {y}");
+        // Rounding of what lies between equal samples.
+        assert!(second || *value <= 60.001, "{value}");
+        seen[usize::from(second)] += 1;
+    }
+    seen
+}
+
+#[test]
+fn a_slice_shows_the_first_scan_left_of_the_swipe_and_by_turns_in_squares() {
+    // Fails if a side of the line or a square holds the other scan's values, the line is not where the picture's is, or a plane is left out.
+    let files = [cube("a", [0, 60]), cube("b", [100, 200])];
+    let sources = files.iter().map(|file| bregma_session::Source { file: file.clone(), ..Default::default() }).collect();
+    let builder = Harness::builder().with_size([1280.0, 800.0]).wgpu();
+    let mut window: Window = builder.build_eframe(|cc| Workstation::new(cc, Start::Files(sources), None));
+    wait(&mut window, "the scans", |w| !w.is_loading());
+    settle(&mut window);
+    command(&mut window, "Picture and slices");
+    compare_by(&mut window, "Swipe");
+    let (line, rect) = (rect_of(&window, "Swipe line").center(), window.state().picture_rect().unwrap());
+    drag(&mut window, line, line - egui::vec2(rect.width() * 0.1, 0.0));
+    settle(&mut window);
+    let bregma_session::Compare::Swipe { part } = window.state().compare() else { panic!("no swipe") };
+    assert!((part - 0.4).abs() < 0.01, "{part}");
+    for &plane in BodyPlane::ALL {
+        let picture = window.state().slice(plane).unwrap().0;
+        let line = (part * f64::from(picture.width)).round() as u32;
+        let [first, second] = count(picture, |x, _| x >= line);
+        assert!(first > 1000 && second > first, "{plane:?}: {first} {second}");
+    }
+    screenshot(&mut window, "slices-swipe.png");
+    compare_by(&mut window, "Checkerboard");
+    for &plane in BodyPlane::ALL {
+        let picture = window.state().slice(plane).unwrap().0;
+        let [first, second] = count(picture, |x, y| (x / 64 + y / 64) % 2 == 1);
+        assert!(first > 1000 && second > 1000, "{plane:?}: {first} {second}");
+    }
+    // Beside each other there is no room in a slice: it shows both, as without a comparison.
+    compare_by(&mut window, "Side by side");
+    let picture = window.state().slice(BodyPlane::Axial).unwrap().0;
+    let [first, second] = count(picture, |_, _| false);
+    assert!(first > 1000 && second == 0);
+    files.iter().for_each(|file| std::fs::remove_file(file).unwrap());
+}
