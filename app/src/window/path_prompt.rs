@@ -172,10 +172,10 @@ mod tests {
             let input = egui::RawInput { events, ..Default::default() };
             let _ = ctx.run_pass(input, |ctx| answer = answer.take().or(prompt.show(ctx)));
         };
-        let press = |key, modifiers| egui::Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers };
+        let press = |key, modifiers| Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers };
         (0..3).for_each(|_| frame(vec![]));
         for wrong in ["/no/such", &folder] {
-            frame(vec![press(Key::A, Modifiers::COMMAND), egui::Event::Text(wrong.to_owned())]);
+            frame(vec![press(Key::A, Modifiers::COMMAND), Event::Text(wrong.to_owned())]);
             frame(vec![press(Key::Enter, Modifiers::NONE)]);
             frame(vec![]);
         }
