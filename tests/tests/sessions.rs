@@ -42,16 +42,21 @@ fn cut() -> Clip {
     Clip::all(Shape::Plane { normal: DVec3::X, offset_mm: 1.0 })
 }
 
+fn ball() -> Clip {
+    Clip::all(Shape::Sphere { centre_mm: DVec3::new(1.0, 2.0, 0.5), radius_mm: 1.5 })
+}
+
 #[test]
 fn a_session_keeps_cuts_looks_and_how_scans_are_compared() {
     // Fails if something that the window can set is not written, or not read again.
     let folder = folder("session-whole", |opened| {
-        opened.scene.clips = vec![cut()];
+        opened.scene.clips = vec![cut(), ball()];
+        opened.boxes = true;
         opened.compare = Compare::Swipe { part: 0.25 };
         opened.scene.layers[1].transfer = Some(look());
     });
     let again = read(&folder, &["session.json"]).unwrap();
-    assert_eq!((again.scene.clips, again.compare), (vec![cut()], Compare::Swipe { part: 0.25 }));
+    assert_eq!((again.scene.clips, again.compare, again.boxes), (vec![cut(), ball()], Compare::Swipe { part: 0.25 }, true));
     assert_eq!(again.scene.layers[1].transfer, Some(look()));
 }
 

@@ -382,7 +382,7 @@ impl eframe::App for Workstation {
             command.run(&mut self.panels, &mut self.bench, &ctx);
         }
         // A drag is one step, however many values it passes.
-        if !ctx.input(|i| i.pointer.any_down()) {
+        if !self.bench.view.is_held(&ctx) {
             self.bench.history.record(&self.bench.work);
         }
         if !self.bench.stage.turns() {

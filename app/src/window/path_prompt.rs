@@ -1,7 +1,7 @@
 //! A line to type a path into, completed from what lies there: where the system shows no file dialog.
 
 use super::ask::{Ask, Kind};
-use egui::{Button, Context, Key, Modifiers, RichText, ScrollArea, TextEdit, Ui, Window};
+use egui::{Button, Context, Event, Key, Modifiers, RichText, ScrollArea, TextEdit, Ui, Window};
 use std::path::{Path, PathBuf};
 
 /// The line, and what is asked for.
@@ -31,6 +31,10 @@ impl PathPrompt {
         let mut answer = None;
         let window = Window::new(self.ask.title).collapsible(false).resizable(false).pivot(egui::Align2::CENTER_CENTER);
         window.default_pos(ctx.content_rect().center()).show(ctx, |ui| answer = self.contents(ui));
+        if answer.is_some() {
+            // Keys of a slow frame, in which the path was typed and taken, are the path's: no command, and no turn of the view.
+            ctx.input_mut(|i| i.events.retain(|event| !matches!(event, Event::Key { .. } | Event::Text(_))));
+        }
         answer
     }
 
@@ -168,14 +172,32 @@ mod tests {
             let input = egui::RawInput { events, ..Default::default() };
             let _ = ctx.run_pass(input, |ctx| answer = answer.take().or(prompt.show(ctx)));
         };
-        let press = |key, modifiers| egui::Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers };
+        let press = |key, modifiers| Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers };
         (0..3).for_each(|_| frame(vec![]));
         for wrong in ["/no/such", &folder] {
-            frame(vec![press(Key::A, Modifiers::COMMAND), egui::Event::Text(wrong.to_owned())]);
+            frame(vec![press(Key::A, Modifiers::COMMAND), Event::Text(wrong.to_owned())]);
             frame(vec![press(Key::Enter, Modifiers::NONE)]);
             frame(vec![]);
         }
         assert_eq!(answer, Some(vec![folder.into()]));
+    }
+
+    #[test]
+    fn keys_of_the_frame_that_takes_the_path_are_nothing_elses() {
+        // Fails if a slow frame, in which a path is typed and taken, is also one of commands: S would show slices.
+        let ctx = Context::default();
+        let mut prompt = PathPrompt::new(Ask::open("Open", Kind::Folders));
+        prompt.typed = std::env::temp_dir().to_string_lossy().into_owned();
+        let press = |key| Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers: Modifiers::NONE };
+        let (mut answer, mut left) = (None, 0);
+        for events in [vec![], vec![], vec![press(Key::Slash), Event::Text("/".into()), press(Key::Enter)]] {
+            let input = egui::RawInput { events, ..Default::default() };
+            let _ = ctx.run_pass(input, |ctx| {
+                answer = answer.take().or(prompt.show(ctx));
+                left = ctx.input(|i| i.events.len());
+            });
+        }
+        assert!(answer.is_some() && left == 0, "{answer:?}, {left} keys left");
     }
 
     #[test]

@@ -300,6 +300,33 @@ fn scans_are_converted_and_reduced() {
 }
 
 #[test]
+fn a_sphere_keeps_what_lies_within_its_radius() {
+    // Fails if a sphere cuts at another place than its radius, on either backend, or one without a radius is taken.
+    let d = folder("sphere");
+    nrrd(&d.join("bone.nrrd"), CUBE, &[1000; 4096]);
+    for backend in ["cpu", "gpu"] {
+        let view = "--eye 7.5,-92.5,7.5 --target 7.5,7.5,7.5 --up 0,0,1 --ortho 16.5 --size 33x33";
+        ok(&d, &format!("render bone.nrrd --iso 0 --backend {backend} --sphere 8.5,7.5,7.5,5 {view} --depth depth.npy --out p.png"));
+        let npy = std::fs::read(d.join("depth.npy")).unwrap();
+        let depths = npy[npy.len() - 33 * 33 * 4..].chunks(4).map(|b| f32::from_le_bytes(b.try_into().unwrap()));
+        let mut seen = 0;
+        for (n, depth) in depths.enumerate() {
+            // A pixel is half a mm; at each, the sphere's near half lies so far before its middle.
+            let (across, up) = (n as f64 % 33.0 * 0.5 - 8.0 - 1.0, 8.0 - (n / 33) as f64 * 0.5);
+            let before = (25.0 - across * across - up * up).sqrt();
+            assert!(depth.is_nan() == before.is_nan() || before < 0.2, "{backend}: {depth} at {across}, {up}");
+            if before > 0.2 {
+                seen += 1;
+                assert!((f64::from(depth) - (100.0 - before)).abs() < 1e-3, "{backend}: {depth} at {across}, {up}");
+            }
+        }
+        assert!(seen > 250, "{seen}");
+    }
+    let out = bregma(&d, "render bone.nrrd --sphere 8,7,7,0 --out p.png");
+    assert!(out.status.code() == Some(2) && stderr(&out).contains("a sphere needs a positive radius"), "{}", stderr(&out));
+}
+
+#[test]
 fn a_depth_image_measures_the_ball() {
     // Fails if depth is not along the unit pixel ray, in mm, or if the camera differs from its agreed formula.
     let d = folder("depth");

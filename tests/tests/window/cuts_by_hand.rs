@@ -92,12 +92,36 @@ fn ctrl_and_the_mouse_move_and_turn_the_cut_that_was_held_last() {
     let (second, held) = (cut(&window, 1), plane(&window));
     wheel(&mut window, middle, 1.0, Modifiers::COMMAND);
     assert!(cut(&window, 1) == second && plane(&window) != held);
+    // With Alt, Ctrl rolls all the same.
+    let (first, second) = (cut(&window, 0), cut(&window, 1));
+    drag_with(&mut window, middle + vec2(100.0, 0.0), middle + vec2(90.0, 60.0), Modifiers::COMMAND | Modifiers::ALT);
+    assert!(window.state().scene().camera.up.z < 0.99 && (cut(&window, 0), cut(&window, 1)) == (first, second));
+    undo(&mut window);
     // Where nothing cuts, Ctrl rolls and zooms.
     for n in [2, 1] {
         choose(&mut window, Role::Button, &format!("Remove cut {n}"));
     }
     drag_with(&mut window, middle + vec2(100.0, 0.0), middle + vec2(90.0, 60.0), Modifiers::COMMAND);
     assert!(window.state().scene().camera.up.z < 0.99, "{:?}", window.state().scene().camera);
+}
+
+#[test]
+fn a_turn_of_the_wheel_is_one_step() {
+    // Fails if undo takes back a frame of the wheel's way instead of all of it, or its step joins the one before.
+    let mut window: Window =
+        Harness::builder().with_size([1280.0, 800.0]).with_step_dt(0.02).wgpu().build_eframe(|cc| Workstation::new(cc, Start::Demo, None));
+    wait(&mut window, "the demo pair", |w| !w.is_loading());
+    window.get_by_label("Cuts").click();
+    window.run_steps(30);
+    choose(&mut window, Role::Button, "Axial");
+    let before = plane(&window);
+    let middle = window.state().picture_rect().unwrap().center();
+    wheel(&mut window, middle, 4.0, Modifiers::COMMAND);
+    assert!(plane(&window).1 < before.1 - 1.0);
+    undo(&mut window);
+    assert_eq!(plane(&window), before);
+    undo(&mut window);
+    assert!(window.state().scene().clips.is_empty());
 }
 
 #[test]

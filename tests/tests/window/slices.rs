@@ -1,5 +1,6 @@
 //! Slices beside the picture.
 
+use super::hand::wheel;
 use super::*;
 use bregma_renderer::{BodyPlane, Named};
 use bregma_session::Layout;
@@ -14,15 +15,6 @@ fn open_with_slices(layout: &str) -> Window {
 
 fn rect(window: &Window, plane: BodyPlane) -> egui::Rect {
     window.state().slice(plane).unwrap().1
-}
-
-fn wheel(window: &mut Window, at: Pos2, lines: f32, modifiers: Modifiers) {
-    window.event(Event::PointerMoved(at));
-    let delta = egui::vec2(0.0, lines);
-    let (unit, source, phase) = (egui::MouseWheelUnit::Line, egui::MouseWheelSource::Wheel, egui::TouchPhase::Move);
-    window.event_modifiers(Event::MouseWheel { unit, delta, source, phase, modifiers }, modifiers);
-    // The wheel's way is spread over some frames.
-    window.run_steps(12);
 }
 
 #[test]

@@ -39,6 +39,11 @@ impl Held {
         last.filter(cuts).or_else(|| (0..clips.len()).rev().find(cuts))
     }
 
+    /// The wheel moves a plane, at this time of the window, seconds: until it rests, that is one step.
+    pub fn is_wheeled(&self, now_s: f64) -> bool {
+        self.wheel_at.is_some_and(|at| now_s - at < WHEEL_S)
+    }
+
     fn hold(&mut self, n: usize, foot: DVec3, count: usize) {
         (self.plane, self.last) = (Some((n, foot)), Some((n, count)));
     }
@@ -52,7 +57,7 @@ const NOTCH: f64 = 40.0;
 pub fn by_mouse(ui: &Ui, response: &Response, scene: &mut Scene, grids: &[Grid], height: f64, held: &mut Held) -> bool {
     let (modifiers, pinch) = ui.input(|i| (i.modifiers, i.zoom_delta()));
     let now = ui.input(|i| i.time);
-    let goes_on = pinch != 1.0 && held.wheel_at.is_some_and(|at| now - at < WHEEL_S);
+    let goes_on = pinch != 1.0 && held.is_wheeled(now);
     let is_meant = modifiers.command && !modifiers.alt || goes_on;
     let Some(n) = held.active(&scene.clips).filter(|_| is_meant) else { return false };
     let (camera, count) = (scene.camera, scene.clips.len());
@@ -63,6 +68,7 @@ pub fn by_mouse(ui: &Ui, response: &Response, scene: &mut Scene, grids: &[Grid],
         let samples = points / NOTCH * if modifiers.shift { 10.0 } else { 1.0 };
         *offset_mm -= samples * step_along_mm(*normal, grids);
         held.wheel_at = Some(now);
+        ui.ctx().request_repaint_after_secs(WHEEL_S as f32);
         return true;
     }
     if response.dragged_by(PointerButton::Primary) {

@@ -16,6 +16,9 @@ const SOLID: f32 = 0.7;
 
 /// The outline of each cut, that of number `active` stronger, and, where they are on, the boxes of the scans.
 pub fn show(painter: &Painter, screen: &Screen<'_>, opened: &Opened, active: Option<usize>) {
+    if !opened.boxes && opened.scene.clips.is_empty() {
+        return;
+    }
     let surfaces = opened.scene.surfaces(&opened.volumes).unwrap_or_default();
     let grids: Vec<_> = surfaces.iter().map(|(_, surface)| surface.grid.clone()).collect();
     if opened.boxes {

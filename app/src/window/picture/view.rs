@@ -236,6 +236,11 @@ impl View {
         self.moved_at = at_s;
     }
 
+    /// A hand is about something that is one step when it lets go.
+    pub fn is_held(&self, ctx: &egui::Context) -> bool {
+        ctx.input(|i| i.pointer.any_down()) || self.held.is_wheeled(ctx.time())
+    }
+
     /// Nothing moved lately and no button is held. Asks for another look when that time comes.
     pub fn is_resting(&self, ctx: &egui::Context) -> bool {
         let left = self.moved_at + REST_S - ctx.time();
@@ -247,6 +252,9 @@ impl View {
 
     /// Lets the mouse have the active cut. Whether it has.
     fn has_cut(&mut self, ui: &Ui, response: &Response, work: &mut Work) -> bool {
+        if work.opened.scene.clips.is_empty() {
+            return false;
+        }
         let (grids, height) = (work.opened.grids(), f64::from(response.rect.height()));
         let has = self.hand.is_none() && cut_handles::by_mouse(ui, response, &mut work.opened.scene, &grids, height, &mut self.held);
         if has {
