@@ -25,7 +25,7 @@ use std::path::PathBuf;
     long_about = "A workstation for people who compare scanned skulls: exact isosurfaces of CT volumes, one over the other, and the \
                   length of every stretch of bone along a ray, with its error.\n\nWith files, or with nothing, it opens its window; \
                   without a file it shows a built-in pair of synthetic skulls.",
-    after_help = "Examples:\n  bregma                                   the built-in pair\n  bregma skull.nrrd                        one scan\n  bregma a.nii.gz --transform a-to-b.json b.nii.gz\n  bregma render skull.nrrd --iso 300 --orbit 30,15 --out skull.png"
+    after_help = "Examples:\n  bregma                                   the built-in pair\n  bregma skull.nrrd                        one scan\n  bregma --kiosk skull.nrrd                the picture alone, which turns by itself when left alone\n  bregma a.nii.gz --transform a-to-b.json b.nii.gz\n  bregma render skull.nrrd --iso 300 --orbit 30,15 --out skull.png"
 )]
 pub struct Cli {
     /// What to do; the window when absent.
