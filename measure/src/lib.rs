@@ -9,6 +9,7 @@ pub mod mesh;
 pub mod numbers;
 mod probe;
 mod record;
+pub mod table_style;
 pub mod thickness;
 mod threshold;
 mod uncertainty;

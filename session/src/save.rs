@@ -8,6 +8,7 @@ use bregma_measure::corrections;
 use bregma_measure::csv::{self, Made};
 use bregma_measure::export::{self, Named};
 use bregma_measure::landmarks::{self, Landmark};
+use bregma_measure::table_style::{TableStyle, styled};
 use bregma_renderer::Picture;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -41,8 +42,15 @@ fn lower_name(file: &Path) -> String {
     file.file_name().unwrap_or_default().to_string_lossy().to_lowercase()
 }
 
-/// Saves difference rays by their names; `made` is what they were made by, and `records` are the same with what they were made from.
-pub fn rays(file: &Path, rays: &[Named<'_>], made: &Made, records: impl FnOnce() -> Vec<Measurement>) -> Result<(), SaveError> {
+/// Saves difference rays by their names, tables in a style; `made` is what they were made by, and `records` are the same with what they were made
+/// from.
+pub fn rays(
+    file: &Path,
+    rays: &[Named<'_>],
+    made: &Made,
+    style: TableStyle,
+    records: impl FnOnce() -> Vec<Measurement>,
+) -> Result<(), SaveError> {
     let name = lower_name(file);
     let text = if name.ends_with(".mrk.json") {
         format!("{:#}\n", export::markups(rays))
@@ -50,7 +58,7 @@ pub fn rays(file: &Path, rays: &[Named<'_>], made: &Made, records: impl FnOnce()
         // One record a line, as `bregma probe --rays` writes, so that `bregma verify` reads it.
         records().iter().map(|record| format!("{record}\n")).collect()
     } else if name.ends_with(".csv") {
-        csv::rays(rays, made)
+        styled(&csv::rays(rays, made), style)
     } else if name.ends_with(".txt") {
         rays.iter().map(|ray| format!("{}: {}\n", ray.name, export::table(ray.found))).collect()
     } else {
@@ -59,7 +67,7 @@ pub fn rays(file: &Path, rays: &[Named<'_>], made: &Made, records: impl FnOnce()
     Ok(write_whole(file, text.as_bytes())?)
 }
 
-/// Saves landmarks of a specimen, with what they were set by.
+/// Saves landmarks of a specimen, with what they were set by; all forms are read again, so that tables have mm and points.
 pub fn landmarks(file: &Path, points: &[Landmark], specimen: &str, made: &Made) -> Result<(), SaveError> {
     let name = lower_name(file);
     let text = if name.ends_with(".mrk.json") {
@@ -78,11 +86,11 @@ pub fn landmarks(file: &Path, points: &[Landmark], specimen: &str, made: &Made) 
     Ok(write_whole(file, text.as_bytes())?)
 }
 
-/// Saves a map of thickness.
-pub fn map(file: &Path, Coat { map, scale }: &Coat) -> Result<(), SaveError> {
+/// Saves a map of thickness, as a table in a style.
+pub fn map(file: &Path, Coat { map, scale }: &Coat, style: TableStyle) -> Result<(), SaveError> {
     let name = lower_name(file);
     if name.ends_with(".csv") {
-        Ok(write_whole(file, export::map_csv(&map.mesh, &map.values).as_bytes())?)
+        Ok(write_whole(file, styled(&export::map_csv(&map.mesh, &map.values), style).as_bytes())?)
     } else if name.ends_with(".ply") {
         Ok(write_whole(file, &export::map_ply(&map.mesh, &map.values, &corrections(&map.surface.volume), |mm| scale.color(mm)))?)
     } else {
@@ -125,7 +133,8 @@ mod tests {
         let records = || vec![Measurement::of_ray(&found, Some(("Ray 1", Some(Color([1.0; 3])))), None)];
         let text = |name: &str| fs::read_to_string(folder.join(name)).unwrap();
         let rays = |name: &str| {
-            rays(&folder.join(name), &[Named { name: "Ray 1", found: &found }], &Made::default(), records).map(|()| text(name))
+            rays(&folder.join(name), &[Named { name: "Ray 1", found: &found }], &Made::default(), TableStyle::default(), records)
+                .map(|()| text(name))
         };
         assert!(rays("a.mrk.json").unwrap().contains("\"markups\""));
         assert!(rays("a.json").unwrap().contains("\"name\":\"Ray 1\""));
@@ -151,11 +160,11 @@ mod tests {
         let whole = order.measure(&Progress::default()).unwrap();
         let (known, scale) = (whole.statistics.count, Scale { colors: Colors::Viridis, ends_mm: [0.0, 16.0] });
         let coat = Coat { map: Arc::new(whole), scale };
-        map(&folder.join("a.csv"), &coat).unwrap();
+        map(&folder.join("a.csv"), &coat, TableStyle::default()).unwrap();
         assert_eq!(fs::read_to_string(folder.join("a.csv")).unwrap().lines().count(), known + 1);
-        map(&folder.join("a.PLY"), &coat).unwrap();
+        map(&folder.join("a.PLY"), &coat, TableStyle::default()).unwrap();
         assert!(fs::read(folder.join("a.PLY")).unwrap().starts_with(b"ply\n"));
-        assert!(map(&folder.join("a.stl"), &coat).unwrap_err().to_string().contains(".csv or .ply"));
+        assert!(map(&folder.join("a.stl"), &coat, TableStyle::default()).unwrap_err().to_string().contains(".csv or .ply"));
         fs::remove_dir_all(folder).unwrap();
     }
 }

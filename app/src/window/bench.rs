@@ -227,6 +227,9 @@ impl Bench {
             self.messages.error("There is no scan among these files: open the scan that they belong to first.");
             return;
         }
+        if !opened.from_session {
+            self.remembered.preferences.apply(&mut opened.scene, &opened.volumes);
+        }
         opened.first_look(self.view.aspect());
         // A wide screen has room for two views.
         if !opened.from_session && opened.volumes.len() == 2 && ctx.content_rect().width() > WIDE {

@@ -81,6 +81,8 @@ pub const COMMANDS: &[Command] = &[
     Command::new(Menu::View, "Show everything", &[(NONE, Key::F), (NONE, Key::Home)], |_, b, _| look_from(b, Side::ThreeQuarter)),
     Command::new(Menu::View, "Fold the scans", &[(NONE, Key::OpenBracket)], |p, _, ctx| p.dock.toggle(dock::Side::Left, ctx)).apart(),
     Command::new(Menu::View, "Fold the results", &[(NONE, Key::CloseBracket)], |p, _, ctx| p.dock.toggle(dock::Side::Right, ctx)),
+    Command::new(Menu::Help, "Guide", &[(NONE, Key::F1)], |p, _, _| p.help.toggle_guide()).when(|_, _| Ok(())),
+    Command::new(Menu::Help, "All keys", &[(NONE, Key::Questionmark)], |p, _, _| p.help.open_keys()).when(|_, _| Ok(())),
     Command::new(Menu::Help, "Search the commands…", &[(CTRL, Key::K)], |p, _, _| p.palette.toggle()).when(|_, _| Ok(())),
     Command::new(Menu::Help, "Messages…", &[], |_, b, _| b.messages.open = true)
         .when(|_, b| if b.messages.is_empty() { Err("There were none") } else { Ok(()) }),

@@ -15,7 +15,7 @@ pub enum Menu {
     Help,
 }
 
-const MENUS: [(Menu, &str); 5] =
+pub const MENUS: [(Menu, &str); 5] =
     [(Menu::File, "File"), (Menu::Edit, "Edit"), (Menu::View, "View"), (Menu::Measure, "Measure"), (Menu::Help, "Help")];
 
 /// Keys that stand for a command.
@@ -72,6 +72,17 @@ impl<P> Command<P> {
         self.keys.first().map_or(String::new(), |&(m, k)| ctx.format_shortcut(&KeyboardShortcut::new(m, k)))
     }
 
+    /// All of them.
+    pub fn all_keys_text(&self, ctx: &Context) -> String {
+        let texts = self.keys.iter().map(|&(m, k)| ctx.format_shortcut(&KeyboardShortcut::new(m, k)));
+        texts.collect::<Vec<_>>().join(", ")
+    }
+
+    /// It is an entry of `menu`.
+    pub fn is_in(&self, menu: Menu) -> bool {
+        self.menu == menu
+    }
+
     /// Whether it can be done now.
     pub fn allowed(&self, panels: &P, bench: &Bench) -> Allowed {
         (self.allowed)(panels, bench)
@@ -91,7 +102,8 @@ impl<P> Command<P> {
     }
 }
 
-const MOUSE: [(&str, &str); 9] = [
+/// What the mouse does on the picture.
+pub const MOUSE: [(&str, &str); 9] = [
     ("Left-drag, arrows", "rotate"),
     ("Middle-drag, Shift + left-drag or arrows", "move"),
     ("Wheel (at the mouse), right-drag, + and −", "zoom"),

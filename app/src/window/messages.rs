@@ -92,7 +92,8 @@ impl Messages {
                 ui.set_max_width((place.width() - 20.0).clamp(120.0, 460.0));
                 for message in shown {
                     message.since_s.get_or_insert(now_s);
-                    let fill = if message.is_error { Color32::from_rgb(66, 32, 30) } else { ui.visuals().faint_bg_color };
+                    let alarming = if ui.visuals().dark_mode { Color32::from_rgb(66, 32, 30) } else { Color32::from_rgb(252, 226, 222) };
+                    let fill = if message.is_error { alarming } else { ui.visuals().faint_bg_color };
                     let frame = Frame::new().fill(fill).corner_radius(4).inner_margin(Margin::symmetric(10, 6));
                     let button = frame.show(ui, |ui| {
                         ui.add(message.label(ui).selectable(false));

@@ -10,6 +10,7 @@ mod dock;
 mod document;
 mod files;
 mod headerless;
+mod help;
 mod history;
 mod job;
 mod letters;
@@ -90,14 +91,15 @@ impl Workstation {
     /// The window that begins with `start`. What outlives it is written to the folder `state`, if there is one: unsaved work, and what was
     /// opened.
     pub fn new(cc: &eframe::CreationContext<'_>, start: Start, state: Option<PathBuf>) -> Self {
-        theme::apply(&cc.egui_ctx);
         let loading = match start {
             Start::Demo => Some(Loading::demo(&cc.egui_ctx)),
             Start::Files(sources) if sources.is_empty() => None,
             Start::Files(sources) => Some(Loading::files(&cc.egui_ctx, sources, false)),
         };
         let letters = Letters::watch(&cc.egui_ctx);
-        Self { bench: Bench::new(&cc.egui_ctx, loading, state), panels: Panels::default(), letters, title: String::new() }
+        let bench = Bench::new(&cc.egui_ctx, loading, state);
+        theme::apply(&cc.egui_ctx);
+        Self { bench, panels: Panels::default(), letters, title: String::new() }
     }
 
     /// With other preferences from now on.
@@ -204,6 +206,7 @@ impl Workstation {
         let mut palette = std::mem::take(&mut panels.palette);
         let typed = palette.show(ui.ctx(), &commands, panels, bench);
         panels.palette = palette;
+        panels.help.show(ui.ctx(), &commands);
         if bench.stage.is_full() {
             return pressed.or(typed);
         }
@@ -360,6 +363,7 @@ fn beside_menus(ui: &mut Ui, bench: &mut Bench, is_painted: bool) {
 impl eframe::App for Workstation {
     fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
         let ctx = ui.ctx().clone();
+        theme::choose(&ctx, self.bench.remembered.preferences.theme);
         self.bench.collect(&ctx);
         self.panels.poll(&mut self.bench);
         let chosen = self.top_ui(ui);

@@ -1,8 +1,8 @@
 //! What a person prefers, of all sessions.
 
+use bregma_field::{Unit, Volume};
 use bregma_measure::table_style::TableStyle;
 use bregma_renderer::{Color, Scene};
-use bregma_field::{Unit, Volume};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -57,7 +57,7 @@ impl Preferences {
     /// Gives the scene of scans that were just opened what the person prefers.
     pub fn apply(&self, scene: &mut Scene, volumes: &[Arc<Volume>]) {
         scene.background = self.background.or(scene.background);
-        for (layer, volume) in scene.layers.iter_mut().zip(volumes).filter(|(_, volume)| volume.unit() == Unit::Hounsfield) {
+        for (layer, _) in scene.layers.iter_mut().zip(volumes).filter(|(_, volume)| volume.unit() == Unit::Hounsfield) {
             layer.iso = self.iso_hu.unwrap_or(layer.iso);
         }
     }

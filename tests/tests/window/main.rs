@@ -19,6 +19,7 @@ mod looking;
 mod looks;
 mod measuring;
 mod opening;
+mod preferring;
 mod registering;
 mod sheet;
 mod slices;

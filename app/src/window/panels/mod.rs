@@ -12,6 +12,7 @@ mod light;
 mod look;
 mod looks;
 mod poses;
+mod preferences;
 mod ray_form;
 mod rays;
 mod regions;
@@ -29,6 +30,7 @@ mod upright;
 
 use super::bench::{BRING_TOGETHER, Bench};
 use super::dock::{Dock, Side};
+use super::help::Help;
 use super::measured::{Tool, Work};
 use super::menu::{self, Menu};
 use super::palette::Palette;
@@ -53,6 +55,8 @@ pub struct Panels {
     pub dock: Dock,
     /// Every command by its name.
     pub palette: Palette,
+    /// The guide, and all keys.
+    pub help: Help,
     /// Which of the panels on the right is seen.
     tab: Tab,
     rays: RayForm,
@@ -69,6 +73,7 @@ pub struct Panels {
     looks: LooksPanel,
     frame_rate: FrameRatePanel,
     asks_for_kiosk: bool,
+    prefers: bool,
 }
 
 /// The panels on the right: one is seen at a time.
@@ -122,7 +127,7 @@ const PLAIN: Panel =
 
 const NONE: Modifiers = Modifiers::NONE;
 
-const PANELS: [Panel; 14] = [
+const PANELS: [Panel; 15] = [
     Panel {
         place: Place::Left,
         show: |p, bench, ui| {
@@ -195,6 +200,13 @@ const PANELS: [Panel; 14] = [
         commands: &[Command::new(Menu::Measure, "Hold upright…", &[], |p, _, _| p.upright.open())],
         poll: |p, _| p.upright.poll(),
         show: |p, bench, ui| p.upright.show(ui.ctx(), bench),
+        ..PLAIN
+    },
+    Panel {
+        commands: &[Command::new(Menu::Edit, "Preferences…", &[(Modifiers::COMMAND, Key::Comma)], |p, _, _| p.prefers = !p.prefers)
+            .when(|_, _| Ok(()))
+            .apart()],
+        show: |p, bench, ui| p.prefers = p.prefers && preferences::show(ui.ctx(), bench),
         ..PLAIN
     },
     Panel {

@@ -2,7 +2,6 @@
 
 use super::super::bench::Bench;
 use super::super::preferences::{Preferences, ThemeChoice};
-use super::super::theme;
 use super::super::widgets::{self, color_button};
 use bregma_measure::table_style::LengthUnit;
 use bregma_renderer::BACKGROUND;
@@ -19,9 +18,7 @@ pub fn show(ctx: &Context, bench: &mut Bench) -> bool {
             bench.remembered.preferences = Preferences::default();
         }
     });
-    let preferences = &bench.remembered.preferences;
-    if *preferences != before {
-        theme::choose(ctx, preferences.theme);
+    if bench.remembered.preferences != before {
         bench.remembered.write();
     }
     open

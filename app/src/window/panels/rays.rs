@@ -29,7 +29,7 @@ pub fn show(ui: &mut Ui, bench: &mut Bench, form: &mut RayForm) {
         bench.save(ui.ctx(), SAVE, |bench, file| {
             let names = bench.work.measured.rays.iter().map(|named| named.name.as_str());
             let named: Vec<Named<'_>> = names.zip(&bench.found).map(|(name, found)| Named { name, found: &found.ray }).collect();
-            save::rays(file, &named, &made(&bench.work.opened), || bench.records())
+            save::rays(file, &named, &made(&bench.work.opened), bench.remembered.preferences.tables, || bench.records())
         });
     }
     ui.separator();

@@ -101,7 +101,7 @@ impl ThicknessPanel {
         self.colors(ui, &coat);
         let save = ui.button("Save map…").on_hover_text("The points as CSV, or the coloured surface as PLY");
         if let (true, Some(coat)) = (save.clicked(), self.coat.clone()) {
-            bench.save(ui.ctx(), SAVE, move |_, file| save::map(file, &coat));
+            bench.save(ui.ctx(), SAVE, move |bench, file| save::map(file, &coat, bench.remembered.preferences.tables));
         }
     }
 
