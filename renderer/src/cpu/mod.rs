@@ -52,7 +52,7 @@ use fearless_simd::{Level, Simd, dispatch};
 use glam::{Vec3, Vec4};
 use light::encode;
 use line::{Line, Part};
-use march::march;
+use march::{march, set_out};
 use nearest::nearest;
 use packets::{Packet, Pixels, packets};
 use project::{Sought, project};
@@ -246,27 +246,15 @@ fn gather<S: Simd>(simd: S, packet: &Packet, pixels: &Pixels<S>, view: &View<'_,
     let until = face.found.select(face.s, Floats::splat(simd, FAR));
     let block = [packet.x0, y0];
     let mut all = Gathered::nothing(simd);
+    let mut travellers = set_out(simd, frame, pixels, block, &lines, until);
     let enough = if scene.mode.gather() == Gather::Crossings {
-        march(
-            simd,
-            frame,
-            pixels,
-            block,
-            &lines,
-            until,
-            #[inline(always)]
-            |travellers, stretch| transparent::gather(simd, view, travellers, stretch, &mut all),
-        );
+        transparent::gather(simd, view, &mut travellers, &mut all);
         transparent::ENOUGH
     } else if let Integrator::Steps { jitter, .. } = scene.integrator {
         let mut steps = Steps::begin(simd, view, jitter);
         march(
             simd,
-            frame,
-            pixels,
-            block,
-            &lines,
-            until,
+            &mut travellers,
             #[inline(always)]
             |travellers, stretch| dvr_steps::gather(simd, view, travellers, stretch, &mut steps, &mut all),
         );
@@ -274,11 +262,7 @@ fn gather<S: Simd>(simd: S, packet: &Packet, pixels: &Pixels<S>, view: &View<'_,
     } else {
         march(
             simd,
-            frame,
-            pixels,
-            block,
-            &lines,
-            until,
+            &mut travellers,
             #[inline(always)]
             |travellers, stretch| dvr_exact::gather(simd, view, travellers, stretch, &mut all),
         );
