@@ -9,6 +9,7 @@ pub(crate) mod dvr_steps;
 pub(crate) mod faces;
 pub(crate) mod gauss;
 mod gradient;
+mod integral;
 mod intervals;
 pub(crate) mod let_through;
 pub(crate) mod light;
@@ -55,7 +56,7 @@ use line::{Line, Part};
 use march::{march, set_out};
 use nearest::nearest;
 use packets::{Packet, Pixels, packets};
-use project::{Sought, project};
+use project::{Sought, Way, project};
 use ray::{Gathered, View};
 use rayon::prelude::*;
 use shade::{draw_agreed, light, paint_faces};
@@ -173,23 +174,28 @@ fn draw_projection(level: Level, frame: &Frame, scene: &Scene, sought: Sought, [
 fn project_band<S: Simd>(simd: S, frame: &Frame, sought: Sought, [width, y0]: [u32; 2], gathered: &mut [[f32; 2]]) {
     let count = frame.layers.len();
     let height = (gathered.len() / count) as u32 / width;
-    for packet in packets(width, height) {
-        let pixels = packet.pixels(simd, y0);
+    let all: Vec<Packet> = packets(width, height).collect();
+    for block in all.chunk_by(|a, b| a.x0 / BLOCK == b.x0 / BLOCK) {
         for (n, layer) in frame.layers.iter().enumerate() {
-            let [s_min, s_max] = layer.skip.spans.at(packet.x0, y0);
+            let [s_min, s_max] = layer.skip.spans.at(block[0].x0, y0);
             if s_min > s_max {
                 continue;
             }
-            let field = Field::of(layer);
-            let lines = line_of(simd, layer, &pixels);
-            let kept = kept(simd, &layer.placement.surface.region, &world_line_of(simd, frame, &pixels));
-            let part = Part { begin: kept.begin, s_min: Floats::splat(simd, s_min), s_max: Floats::splat(simd, s_max).min(kept.end) };
-            let of = simd.vectorize(
+            let way = |packet: &Packet| {
+                let pixels = packet.pixels(simd, y0);
+                let kept = kept(simd, &layer.placement.surface.region, &world_line_of(simd, frame, &pixels));
+                let part = Part { begin: kept.begin, s_min: Floats::splat(simd, s_min), s_max: Floats::splat(simd, s_max).min(kept.end) };
+                Way { lines: line_of(simd, layer, &pixels), part, asked: pixels.inside }
+            };
+            let ways: Vec<Way<S>> = block.iter().map(way).collect();
+            let found = simd.vectorize(
                 #[inline(always)]
-                || project(simd, sought, layer, &field, &lines, &part, pixels.inside),
+                || project(simd, sought, layer, &Field::of(layer), &ways),
             );
-            for lane in numbers(of.found) {
-                gathered[packet.index(lane, width) * count + n] = [of.value[lane], of.depth[lane]];
+            for (packet, of) in block.iter().zip(found) {
+                for lane in numbers(of.found) {
+                    gathered[packet.index(lane, width) * count + n] = [of.value[lane], of.depth[lane]];
+                }
             }
         }
     }

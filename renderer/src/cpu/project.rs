@@ -6,6 +6,7 @@ use super::brick::FAR;
 use super::cells::CellPass;
 use super::gauss::{NODES, WEIGHTS};
 use super::gradient::world_gradient;
+use super::integral::integrals;
 use super::intervals::{count_levels, next_end};
 use super::line::{Line, Part};
 use super::volume::Field;
@@ -39,19 +40,41 @@ pub(super) struct Sought {
     pub in_range: bool,
 }
 
+/// A packet's way through a volume.
+pub(super) struct Way<S: Simd> {
+    pub lines: Line<S>,
+    /// Of the lines, what is asked for, and of which.
+    pub part: Part<S>,
+    pub asked: Mask<S>,
+}
+
+/// What the rays of some packets gather that lie together.
 #[inline(always)]
-pub(super) fn project<S: Simd>(
+pub(super) fn project<S: Simd>(simd: S, sought: Sought, layer: &FrameLayer, field: &Field<'_>, packets: &[Way<S>]) -> Vec<Projected<S>> {
+    if sought.of.extreme().is_none() && !sought.by_gradient && !sought.in_range && field.has_numbers() {
+        return integrals(simd, field, packets);
+    }
+    packets
+        .iter()
+        .map(
+            #[inline(always)]
+            |way| of_cells(simd, sought, layer, field, way),
+        )
+        .collect()
+}
+
+/// Cell by cell.
+#[inline(always)]
+fn of_cells<S: Simd>(
     simd: S,
     Sought { of: sought, by_gradient, in_range }: Sought,
     layer: &FrameLayer,
     field: &Field<'_>,
-    lines: &Line<S>,
-    part: &Part<S>,
-    asked: Mask<S>,
+    Way { lines, part, asked }: &Way<S>,
 ) -> Projected<S> {
     let zero = Floats::splat(simd, 0.0);
     let mut all = Projected { found: Mask::splat(simd, false), value: zero, depth: zero };
-    let (mut walk, mut walking) = field.begin(simd, lines, part, asked);
+    let (mut walk, mut walking) = field.begin(simd, lines, part, *asked);
     // Sums of thousands of cells.
     let (mut value, mut depth) = (Doubles::splat(simd, 0.0), Doubles::splat(simd, 0.0));
     while walking.any_true() {

@@ -88,14 +88,7 @@ fn compare_next<S: Simd>(simd: S, travellers: &[Traveller<'_, S>], pending: &[Pe
 
 /// Takes what a volume shows where it is crossed next in the lanes of `now`, and finds what follows in the same cells.
 #[inline(always)]
-fn pass_next<S: Simd>(
-    simd: S,
-    view: &View<'_, S>,
-    t: &mut Traveller<'_, S>,
-    p: &mut Pending<S>,
-    now: Mask<S>,
-    all: &mut Gathered<S>,
-) {
+fn pass_next<S: Simd>(simd: S, view: &View<'_, S>, t: &mut Traveller<'_, S>, p: &mut Pending<S>, now: Mask<S>, all: &mut Gathered<S>) {
     let level = p.rises.select(t.above, t.above - 1);
     let paint = paint_at(simd, &t.layer.appearance.paints, level, now);
     let mut base = axes!(a => paint[a]);

@@ -217,7 +217,13 @@ mod tests {
             for (level, sign) in [(0.5, 1.0), (100.0, 1.0), (100.0, -1.0)] {
                 let samples: Vec<u8> = (0..dims.iter().product()).map(|_| (random.unit().powi(8) * 256.0) as u8).collect();
                 let map = DistanceMap::build(&RangeBricks::build(&samples, dims), level, sign);
-                let masks = CellMasks::build(InstructionSet::new(), Store::new(&Samples::U8(samples.clone()), dims), &map, [level, sign], &Walked::Inside);
+                let masks = CellMasks::build(
+                    InstructionSet::new(),
+                    Store::new(&Samples::U8(samples.clone()), dims),
+                    &map,
+                    [level, sign],
+                    &Walked::Inside,
+                );
                 let [bx, by, _] = map.dims();
                 for n in 0..(dims[0] - 1) * (dims[1] - 1) * (dims[2] - 1) {
                     let cell = [n % (dims[0] - 1), n / (dims[0] - 1) % (dims[1] - 1), n / ((dims[0] - 1) * (dims[1] - 1))];
