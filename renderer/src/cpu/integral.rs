@@ -4,7 +4,6 @@
 //! `shaders/project.wgsl` has it among the other projections, from brick to brick: there each ray reads for itself, and waits for no other.
 
 use super::brick::{FAR, Pace, least};
-use super::line::Line;
 use super::project::{Projected, TWO_POINTS, Way};
 use super::samples::{Pairs, Source};
 use super::volume::Field;
@@ -33,6 +32,14 @@ struct Traveller<S: Simd> {
     sum: Doubles<S>,
 }
 
+impl<S: Simd> Traveller<S> {
+    /// Its part between two depths.
+    #[inline(always)]
+    fn between(&self, from: f32, to: f32) -> [Floats<S>; 2] {
+        [self.begin.max(from).min(self.end), self.end.min(to).max(self.begin)]
+    }
+}
+
 /// So many cells along one axis are passed from one place where positions are taken from float64 to the next: few enough that float32 keeps them to a
 /// millionth of a voxel, relative to there.
 const CELLS: f32 = 8.0;
@@ -59,10 +66,20 @@ fn of_samples<S: Simd, T: Pairs>(simd: S, block: &Block<'_, T>, field: &Field<'_
     while from < until {
         // Never so small that it would be lost in rounding.
         let to = (from + step).max(from.next_up());
-        let ends = |t: &Traveller<S>| [t.begin.max(from).min(t.end), t.end.min(to).max(t.begin)];
-        window.hold(simd, block, field, packets.iter().zip(&travellers).map(|(packet, t)| (&packet.lines, ends(t))));
+        let far = Floats::splat(simd, FAR);
+        let (mut least, mut most) = ([far; 3], [-far; 3]);
+        for (t, packet) in travellers.iter().zip(packets) {
+            let [begin, end] = t.between(from, to);
+            let of = begin.simd_lt(end);
+            for at in [packet.lines.at(begin), packet.lines.at(end)] {
+                let at = axes!(a => at[a].to_floats());
+                least = axes!(a => of.select(at[a].min(least[a]), least[a]));
+                most = axes!(a => of.select(at[a].max(most[a]), most[a]));
+            }
+        }
+        window.hold(block, field.dims, axes!(a => least[a].reduce_min()), axes!(a => most[a].reduce_max()));
         for (t, packet) in travellers.iter_mut().zip(packets) {
-            let [begin, end] = ends(t);
+            let [begin, end] = t.between(from, to);
             if begin.simd_lt(end).any_true() {
                 let at = packet.lines.at(begin);
                 t.sum = t.sum + Doubles::of(through(simd, block, &window, field, &t.pace, &at, end - begin));
@@ -90,31 +107,14 @@ impl<T: Pairs> Window<T> {
         Self { low: [0; 3], strides: strides(field.dims), samples: vec![] }
     }
 
-    /// Holds all between two depths of each packet.
-    #[inline(always)]
-    fn hold<'a, S: Simd>(
-        &mut self,
-        simd: S,
-        block: &Block<'_, T>,
-        field: &Field<'_>,
-        packets: impl Iterator<Item = (&'a Line<S>, [Floats<S>; 2])>,
-    ) {
-        let far = Floats::splat(simd, FAR);
-        let (mut least, mut most) = ([far; 3], [-far; 3]);
-        for (lines, [begin, end]) in packets {
-            let of = begin.simd_lt(end);
-            for at in [lines.at(begin), lines.at(end)] {
-                let at = axes!(a => at[a].to_floats());
-                least = axes!(a => of.select(at[a].min(least[a]), least[a]));
-                most = axes!(a => of.select(at[a].max(most[a]), most[a]));
-            }
-        }
-        let cell = |v: f32, a: usize| (v.floor() as i32).clamp(0, field.dims[a] - 2);
-        let (low, high) = (axes!(a => cell(least[a].reduce_min(), a)), axes!(a => cell(most[a].reduce_max(), a) + 1));
+    /// Holds all that cells between two points need, in a grid of `dims`.
+    fn hold(&mut self, block: &Block<'_, T>, dims: [i32; 3], least: [f32; 3], most: [f32; 3]) {
+        let cell = |v: f32, a: usize| (v.floor() as i32).clamp(0, dims[a] - 2);
+        let (low, high) = (axes!(a => cell(least[a], a)), axes!(a => cell(most[a], a) + 1));
         let size = axes!(a => (high[a] - low[a] + 1).max(0) as usize);
         self.samples.clear();
         if size[0] * size[1] * size[2] > MOST_HELD {
-            (self.low, self.strides) = ([0; 3], strides(field.dims));
+            (self.low, self.strides) = ([0; 3], strides(dims));
             return;
         }
         for z in low[2]..=high[2] {

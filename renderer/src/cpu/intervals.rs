@@ -135,6 +135,7 @@ pub(super) fn paint_between<S: Simd>(
 }
 
 /// A crossing that is the next of its volume.
+#[derive(Clone, Copy)]
 pub(super) struct Pending<S: Simd> {
     /// Of the way through the cell.
     pub u: Floats<S>,

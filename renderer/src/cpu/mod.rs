@@ -181,13 +181,14 @@ fn project_band<S: Simd>(simd: S, frame: &Frame, sought: Sought, [width, y0]: [u
             if s_min > s_max {
                 continue;
             }
-            let way = |packet: &Packet| {
+            // No iterators: what these call is not compiled for the machine's vector instructions.
+            let mut ways = Vec::with_capacity(block.len());
+            for packet in block {
                 let pixels = packet.pixels(simd, y0);
                 let kept = kept(simd, &layer.placement.surface.region, &world_line_of(simd, frame, &pixels));
                 let part = Part { begin: kept.begin, s_min: Floats::splat(simd, s_min), s_max: Floats::splat(simd, s_max).min(kept.end) };
-                Way { lines: line_of(simd, layer, &pixels), part, asked: pixels.inside }
-            };
-            let ways: Vec<Way<S>> = block.iter().map(way).collect();
+                ways.push(Way { lines: line_of(simd, layer, &pixels), part, asked: pixels.inside });
+            }
             let found = simd.vectorize(
                 #[inline(always)]
                 || project(simd, sought, layer, &Field::of(layer), &ways),

@@ -19,7 +19,7 @@ pub(crate) const ENOUGH: f32 = 0.95;
 /// Gathers what is crossed on the whole way.
 #[inline(always)]
 pub(super) fn gather<S: Simd>(simd: S, view: &View<'_, S>, travellers: &mut [Traveller<'_, S>], all: &mut Gathered<S>) {
-    let mut pending: Vec<Pending<S>> = travellers.iter().map(|_| Pending::none(simd)).collect();
+    let mut pending = vec![Pending::none(simd); travellers.len()];
     loop {
         let asked = all.color[3].simd_lt(ENOUGH);
         for (t, p) in travellers.iter_mut().zip(&mut pending) {

@@ -257,4 +257,38 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn a_cell_is_walked_to_when_it_has_corners_on_both_sides_of_a_level_or_closes_a_surface() {
+        // Fails if a level, a side, a tie or the grid's border is forgotten: a crossing would be drawn late, or not at all.
+        let mut random = Random(4);
+        for dims in [[9, 9, 9], [10, 17, 8], [2, 2, 25], [20, 11, 14]] {
+            for sign in [1.0, -1.0] {
+                let samples: Vec<u8> = (0..dims.iter().product()).map(|_| (random.unit().powi(3) * 8.0) as u8).collect();
+                let level = if sign > 0.0 { 2.0 } else { 5.0 };
+                let bands = vec![[0.0, 0.0], [2.5, 2.5]];
+                let what = Walked::Crossings(bands.clone());
+                let map = DistanceMap::of(&RangeBricks::build(&samples, dims), level, sign, &what);
+                let store = Samples::U8(samples.clone());
+                let masks = CellMasks::build(InstructionSet::new(), Store::new(&store, dims), &map, [level, sign], &what);
+                let [bx, by, _] = map.dims();
+                for n in 0..(dims[0] - 1) * (dims[1] - 1) * (dims[2] - 1) {
+                    let cell = [n % (dims[0] - 1), n / (dims[0] - 1) % (dims[1] - 1), n / ((dims[0] - 1) * (dims[1] - 1))];
+                    let value = |c: usize| {
+                        let [x, y, z] = [0, 1, 2].map(|a| cell[a] + (c >> a & 1));
+                        sign * (f32::from(samples[(z * dims[1] + y) * dims[0] + x]) - level)
+                    };
+                    let passes = bands.iter().any(|[low, high]| (0..8).any(|c| value(c) >= *low) && (0..8).any(|c| value(c) <= *high));
+                    let closes = (0..3).any(|a| cell[a] == 0 || cell[a] + 2 == dims[a]) && (0..8).any(|c| value(c) >= 0.0);
+                    let b = cell.map(|c| c / 8);
+                    let brick = (b[2] * by + b[1]) * bx + b[0];
+                    let bit = map.distances()[brick] == 0 && {
+                        let bit = (cell[2] % 8 * 8 + cell[1] % 8) * 8 + cell[0] % 8;
+                        masks.words()[masks.slots()[brick] as usize * WORDS + bit / 32] >> (bit % 32) & 1 == 1
+                    };
+                    assert_eq!(bit, passes || closes, "{dims:?} {sign} {cell:?}");
+                }
+            }
+        }
+    }
 }
