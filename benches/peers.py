@@ -10,7 +10,8 @@ is timed before and after each peer, and the ratio is taken with the mean of the
 
 Peers: Mitsuba 3's `sdfgrid` (an exact CPU ray tracer; bare intersection, no shading), VTK's CPU mapper (steps of half a voxel), VTK's surface
 extraction drawn as a mesh (extraction not counted), VTK's GPU mapper in isosurface mode (its default step), on whatever driver there is, and
-both mappers against this program's direct volume rendering: with the same ramp of opacity, steps of half a voxel, and shading by gradients.
+both mappers against this program's direct volume rendering: with the same ramp of opacity, steps of half a voxel, and shading by gradients. `vtk-levels-cpu` shows two
+levels as thin peaks of opacity, beside this program's two transparent surfaces.
 """
 import argparse
 import glob
@@ -23,6 +24,7 @@ import tempfile
 import time
 
 FOV_DEG, ELEVATION_DEG = 30.0, 15.0
+LEVELS_APART = 0.1  # of the range: two transparent levels
 RAMP = 0.03  # of the range, to either side of the isovalue: from clear to opaque
 
 
@@ -53,6 +55,18 @@ def median_ms(draw, eyes):
         draw(eye)
         times.append((time.perf_counter() - begun) * 1e3)
     return statistics.median(times[1:])
+
+
+def ramp(low, high, iso):
+    width = RAMP * (high - low)
+    return (low, 0), (iso - width, 0), (iso + width, 1), (high, 1)
+
+
+def levels(low, high, iso):
+    """Thin peaks of opacity at the isovalue and a tenth of the range above, as a mapper without isosurfaces shows two of them."""
+    width, second = 0.01 * (high - low), iso + LEVELS_APART * (high - low)
+    peaks = [(at + side * width, alpha * (side == 0)) for at, alpha in ((iso, 0.45), (second, 0.3)) for side in (-1, 0, 1)]
+    return (low, 0), *peaks, (high, 0)
 
 
 def vtk_frames(kind, scan, iso, size, frames):
@@ -99,8 +113,7 @@ def vtk_frames(kind, scan, iso, size, frames):
             mapper.SetSampleDistance(float(spacing.min()) / 2)
             if kind != "vtk-dvr-gpu":
                 mapper.SetImageSampleDistance(1)
-            ramp = RAMP * (high - low)
-            for value, alpha in ((low, 0), (iso - ramp, 0), (iso + ramp, 1), (high, 1)):
+            for value, alpha in levels(low, high, iso) if kind == "vtk-levels-cpu" else ramp(low, high, iso):
                 opacity.AddPoint(value, alpha)
         mapper.SetInputData(image)
         prop.SetColor(white)
@@ -200,6 +213,9 @@ def bregma_ms(program, mode, backend, scan, iso, size, frames):
     with tempfile.TemporaryDirectory() as folder:
         if mode == "dvr":
             command += ["--mode", "dvr", "--integrator", "steps:2", "--transfer", transfer_of(scan, iso, folder)]
+        elif mode == "transparent":
+            samples, _ = load(scan)
+            command += ["--mode", mode, "--shell", f"1:{iso + LEVELS_APART * (float(samples.max()) - float(samples.min()))},ffccaa,0.3"]
         done = subprocess.run(command, check=True, capture_output=True, text=True)
     record = json.loads(done.stdout)
     return record["median_ms"], record["adapter"]
@@ -212,6 +228,7 @@ PEERS = [
     ("vtk-mesh", vtk_frames, "iso", "cpu", 8),
     ("vtk-gpu", vtk_frames, "iso", "gpu", 20),
     ("vtk-dvr-cpu", vtk_frames, "dvr", "cpu", 5),
+    ("vtk-levels-cpu", vtk_frames, "transparent", "cpu", 1),
     ("vtk-dvr-gpu", vtk_frames, "dvr", "gpu", 15),
 ]
 

@@ -1,5 +1,5 @@
 // Maximum, minimum and integral of the interpolant along rays, or of its gradient's magnitude.
-// The twin of renderer/src/cpu/project.rs.
+// The twin of renderer/src/cpu/project.rs, which takes all values in other ways: a packet of rays waits for its slowest, an invocation hardly does.
 
 #import constants, line, volume, blocks, hits, walk, cells, cuts, cubic, bernstein, gradient, intervals
 

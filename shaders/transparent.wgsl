@@ -1,5 +1,6 @@
 // Transparent isosurfaces: every crossing along a stretch of a ray, from front to back.
-// The twin of renderer/src/cpu/transparent.rs.
+// The twin of renderer/src/cpu/transparent.rs, where each volume is taken to its next crossing whatever the others do: it shades more rays of a packet
+// at once. Here all modes that go on share the stretches of march.wgsl.
 
 #import constants, volume, traveller, intervals, let_through, ray, light
 #each find_next, compare_next, pass_next, keep_light

@@ -184,7 +184,7 @@ impl Frame {
         let layer = |(index, surface): (usize, Surface)| {
             let appearance = Appearance::of(scene, index, &surface, &volumes[index], frame.step_mm, window);
             let sees_everywhere = frame.has_solver && appearance.shows_faces || scene.is_slice();
-            let skip = Skip::of(maps, scene, &surface, sees_everywhere, depths, raster);
+            let skip = Skip::of(maps, scene, (&surface, &appearance.levels), sees_everywhere, depths, raster);
             FrameLayer { placement: Placement::of(index, surface, &frame.based_rays, scene.toward_light()), skip, appearance }
         };
         frame.layers = surfaces.into_iter().map(layer).collect();

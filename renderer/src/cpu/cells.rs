@@ -13,7 +13,7 @@ use std::hint::black_box;
 /// Cells, the depths at which rays enter them, and the axes that they cross there; none where they enter the brick.
 pub(crate) struct Place<S: Simd> {
     cell: Vecs<S>,
-    t: Floats<S>,
+    pub t: Floats<S>,
     entry: [Mask<S>; 3],
 }
 

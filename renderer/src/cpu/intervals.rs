@@ -135,6 +135,7 @@ pub(super) fn paint_between<S: Simd>(
 }
 
 /// A crossing that is the next of its volume.
+#[derive(Clone, Copy)]
 pub(super) struct Pending<S: Simd> {
     /// Of the way through the cell.
     pub u: Floats<S>,
@@ -142,6 +143,23 @@ pub(super) struct Pending<S: Simd> {
     pub rises: Mask<S>,
     /// At the entry of the cell.
     pub at_entry: Mask<S>,
+}
+
+impl<S: Simd> Pending<S> {
+    #[inline(always)]
+    pub fn none(simd: S) -> Self {
+        let none = Mask::splat(simd, false);
+        Self { u: Floats::splat(simd, 0.0), there: none, rises: none, at_entry: none }
+    }
+
+    /// Takes over those of `next` in the lanes of `of`.
+    #[inline(always)]
+    pub fn take(&mut self, next: &Self, of: Mask<S>) {
+        self.u = of.select(next.u, self.u);
+        self.there = (self.there & !of) | (next.there & of);
+        self.rises = (self.rises & !of) | (next.rises & of);
+        self.at_entry = (self.at_entry & !of) | (next.at_entry & of);
+    }
 }
 
 /// The first crossing of a cell's cubic from `u` to `end`, in the lanes of `of`, where `above` levels lie at or below the value; some of these

@@ -15,24 +15,19 @@ use crate::lanes::{Floats, Ints, Mask};
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
-/// Goes through all volumes up to the depths `until`, and lets `integrate` take stretch by stretch, which says which rays need no more.
+/// Goes through all volumes, and lets `integrate` take stretch by stretch, which says which rays need no more.
 #[inline(always)]
 pub(super) fn march<'a, S: Simd>(
     simd: S,
-    frame: &'a Frame,
-    pixels: &Pixels<S>,
-    block: [u32; 2],
-    lines: &'a [Line<S>],
-    until: Floats<S>,
+    travellers: &mut [Traveller<'a, S>],
     mut integrate: impl FnMut(&mut [Traveller<'a, S>], &Stretch<S>) -> Mask<S>,
 ) {
     let none = Mask::splat(simd, false);
-    let mut travellers = set_out(simd, frame, pixels, block, lines, until);
     let mut done = none;
     let mut here = Floats::splat(simd, 0.0);
     loop {
         let mut any = none;
-        for traveller in &mut travellers {
+        for traveller in &mut *travellers {
             traveller.go_on(simd, !done);
             any |= traveller.has;
         }
@@ -40,19 +35,19 @@ pub(super) fn march<'a, S: Simd>(
         if !of.any_true() {
             return;
         }
-        let stretch = Stretch::of(simd, &travellers, here, of);
-        done |= integrate(&mut travellers, &stretch);
+        let stretch = Stretch::of(simd, travellers, here, of);
+        done |= integrate(travellers, &stretch);
         here = of.select(stretch.to, here);
-        for t in &mut travellers {
+        for t in &mut *travellers {
             t.fresh &= !t.covers(&stretch);
             t.has &= t.cell.s[1].simd_gt(stretch.to);
         }
     }
 }
 
-/// The volumes that a block of pixels may see, each where the rays enter it.
+/// The volumes that a block of pixels may see, each where the rays enter it, up to the depths `until`.
 #[inline(always)]
-fn set_out<'a, S: Simd>(
+pub(super) fn set_out<'a, S: Simd>(
     simd: S,
     frame: &'a Frame,
     pixels: &Pixels<S>,

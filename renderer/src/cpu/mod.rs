@@ -9,6 +9,7 @@ pub(crate) mod dvr_steps;
 pub(crate) mod faces;
 pub(crate) mod gauss;
 mod gradient;
+mod integral;
 mod intervals;
 pub(crate) mod let_through;
 pub(crate) mod light;
@@ -52,10 +53,10 @@ use fearless_simd::{Level, Simd, dispatch};
 use glam::{Vec3, Vec4};
 pub(crate) use light::encode;
 use line::{Line, Part};
-use march::march;
+use march::{march, set_out};
 use nearest::nearest;
 use packets::{Packet, Pixels, packets};
-use project::{Sought, project};
+use project::{Sought, Way, project};
 use ray::{Gathered, View};
 use rayon::prelude::*;
 use shade::{color_by_depth, draw_agreed, light, paint_faces};
@@ -173,23 +174,29 @@ fn draw_projection(level: Level, frame: &Frame, scene: &Scene, sought: Sought, [
 fn project_band<S: Simd>(simd: S, frame: &Frame, sought: Sought, [width, y0]: [u32; 2], gathered: &mut [[f32; 2]]) {
     let count = frame.layers.len();
     let height = (gathered.len() / count) as u32 / width;
-    for packet in packets(width, height) {
-        let pixels = packet.pixels(simd, y0);
+    let all: Vec<Packet> = packets(width, height).collect();
+    for block in all.chunk_by(|a, b| a.x0 / BLOCK == b.x0 / BLOCK) {
         for (n, layer) in frame.layers.iter().enumerate() {
-            let [s_min, s_max] = layer.skip.spans.at(packet.x0, y0);
+            let [s_min, s_max] = layer.skip.spans.at(block[0].x0, y0);
             if s_min > s_max {
                 continue;
             }
-            let field = Field::of(layer);
-            let lines = line_of(simd, layer, &pixels);
-            let kept = kept(simd, &layer.placement.surface.region, &world_line_of(simd, frame, &pixels));
-            let part = Part { begin: kept.begin, s_min: Floats::splat(simd, s_min), s_max: Floats::splat(simd, s_max).min(kept.end) };
-            let of = simd.vectorize(
+            // No iterators: what these call is not compiled for the machine's vector instructions.
+            let mut ways = Vec::with_capacity(block.len());
+            for packet in block {
+                let pixels = packet.pixels(simd, y0);
+                let kept = kept(simd, &layer.placement.surface.region, &world_line_of(simd, frame, &pixels));
+                let part = Part { begin: kept.begin, s_min: Floats::splat(simd, s_min), s_max: Floats::splat(simd, s_max).min(kept.end) };
+                ways.push(Way { lines: line_of(simd, layer, &pixels), part, asked: pixels.inside });
+            }
+            let found = simd.vectorize(
                 #[inline(always)]
-                || project(simd, sought, layer, &field, &lines, &part, pixels.inside),
+                || project(simd, sought, layer, &Field::of(layer), &ways),
             );
-            for lane in numbers(of.found) {
-                gathered[packet.index(lane, width) * count + n] = [of.value[lane], of.depth[lane]];
+            for (packet, of) in block.iter().zip(found) {
+                for lane in numbers(of.found) {
+                    gathered[packet.index(lane, width) * count + n] = [of.value[lane], of.depth[lane]];
+                }
             }
         }
     }
@@ -246,27 +253,15 @@ fn gather<S: Simd>(simd: S, packet: &Packet, pixels: &Pixels<S>, view: &View<'_,
     let until = face.found.select(face.s, Floats::splat(simd, FAR));
     let block = [packet.x0, y0];
     let mut all = Gathered::nothing(simd);
+    let mut travellers = set_out(simd, frame, pixels, block, &lines, until);
     let enough = if scene.mode.gather() == Gather::Crossings {
-        march(
-            simd,
-            frame,
-            pixels,
-            block,
-            &lines,
-            until,
-            #[inline(always)]
-            |travellers, stretch| transparent::gather(simd, view, travellers, stretch, &mut all),
-        );
+        transparent::gather(simd, view, &mut travellers, &mut all);
         transparent::ENOUGH
     } else if let Integrator::Steps { .. } = scene.integrator {
         let mut steps = Steps::begin(simd, view);
         march(
             simd,
-            frame,
-            pixels,
-            block,
-            &lines,
-            until,
+            &mut travellers,
             #[inline(always)]
             |travellers, stretch| dvr_steps::gather(simd, view, travellers, stretch, &mut steps, &mut all),
         );
@@ -274,11 +269,7 @@ fn gather<S: Simd>(simd: S, packet: &Packet, pixels: &Pixels<S>, view: &View<'_,
     } else {
         march(
             simd,
-            frame,
-            pixels,
-            block,
-            &lines,
-            until,
+            &mut travellers,
             #[inline(always)]
             |travellers, stretch| dvr_exact::gather(simd, view, travellers, stretch, &mut all),
         );

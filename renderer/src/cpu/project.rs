@@ -1,17 +1,19 @@
 //! Maximum, minimum, mean and integral of the interpolant along rays, or of its gradient's magnitude: cell by cell, and exact for the values.
 //!
-//! The twin of `shaders/project.wgsl`.
+//! The twin of `shaders/project.wgsl`, which takes all values from cell to cell: here, where a packet waits for the slowest of its rays, means and
+//! integrals of all values have a walk of their own (`integral`), and extremes of all values look into bricks one after the other.
 
 use super::brick::FAR;
-use super::cells::CellPass;
+use super::cells::{CellPass, cross_cell};
 use super::gauss::{NODES, WEIGHTS};
 use super::gradient::world_gradient;
+use super::integral::integrals;
 use super::intervals::{count_levels, next_end};
 use super::line::{Line, Part};
 use super::volume::Field;
 use super::walk::next_cell;
 use crate::frame::FrameLayer;
-use crate::lanes::{Doubles, Floats, Ints, Mask, dot};
+use crate::lanes::{Doubles, Floats, Ints, LANES, Mask, dot, numbers};
 use crate::modes::RayValue;
 use crate::roots::bernstein::bernstein;
 use crate::roots::cubic::{turning_points, value};
@@ -39,19 +41,43 @@ pub(super) struct Sought {
     pub in_range: bool,
 }
 
+/// A packet's way through a volume.
+pub(super) struct Way<S: Simd> {
+    pub lines: Line<S>,
+    /// Of the lines, what is asked for, and of which.
+    pub part: Part<S>,
+    pub asked: Mask<S>,
+}
+
+/// What the rays of some packets gather that lie together.
 #[inline(always)]
-pub(super) fn project<S: Simd>(
+pub(super) fn project<S: Simd>(simd: S, sought: Sought, layer: &FrameLayer, field: &Field<'_>, packets: &[Way<S>]) -> Vec<Projected<S>> {
+    if sought.of.extreme().is_none() && !sought.by_gradient && !sought.in_range && field.has_numbers() {
+        return integrals(simd, field, packets);
+    }
+    // No iterators: what these call is not compiled for the machine's vector instructions.
+    let mut all = Vec::with_capacity(packets.len());
+    for way in packets {
+        all.push(match sought.of.extreme() {
+            Some(side) if !sought.by_gradient && !sought.in_range => extreme(simd, side, layer, field, way),
+            _ => of_cells(simd, sought, layer, field, way),
+        });
+    }
+    all
+}
+
+/// Cell by cell.
+#[inline(always)]
+fn of_cells<S: Simd>(
     simd: S,
     Sought { of: sought, by_gradient, in_range }: Sought,
     layer: &FrameLayer,
     field: &Field<'_>,
-    lines: &Line<S>,
-    part: &Part<S>,
-    asked: Mask<S>,
+    Way { lines, part, asked }: &Way<S>,
 ) -> Projected<S> {
     let zero = Floats::splat(simd, 0.0);
     let mut all = Projected { found: Mask::splat(simd, false), value: zero, depth: zero };
-    let (mut walk, mut walking) = field.begin(simd, lines, part, asked);
+    let (mut walk, mut walking) = field.begin(simd, lines, part, *asked);
     // Sums of thousands of cells.
     let (mut value, mut depth) = (Doubles::splat(simd, 0.0), Doubles::splat(simd, 0.0));
     while walking.any_true() {
@@ -84,6 +110,56 @@ pub(super) fn project<S: Simd>(
         None => (all.value, all.depth) = (value.to_floats(), depth.to_floats()),
     }
     all
+}
+
+/// The largest value, times its side: of bricks that have a larger one than what is known, all cells.
+#[inline(always)]
+fn extreme<S: Simd>(simd: S, side: f32, layer: &FrameLayer, field: &Field<'_>, Way { lines, part, asked }: &Way<S>) -> Projected<S> {
+    let sought = if side > 0.0 { RayValue::Max } else { RayValue::Min };
+    let (mut found, mut known) = (Mask::splat(simd, false), Floats::splat(simd, -FAR));
+    let (mut walk, mut walking) = field.begin(simd, lines, part, *asked);
+    while walking.any_true() {
+        walking = field.arrive(
+            simd,
+            &mut walk,
+            walking,
+            #[inline(always)]
+            |rays, of| of & may_exceed(simd, layer, field, (rays.number, side), known, of),
+            #[inline(always)]
+            |_, within| within,
+        );
+        let mut within = walking & walk.place.t.simd_lt(walk.at.t_end);
+        found |= within;
+        while within.any_true() {
+            let pass = cross_cell(simd, field, &walk.rays.pace, &walk.at, &mut walk.place, within).until(part.s_max);
+            let of = of_values(simd, sought, &pass, known, within);
+            known = (within & of.simd_gt(known)).select(of, known);
+            within &= walk.place.t.simd_lt(walk.at.t_end);
+        }
+        walk.at.rays &= !walking;
+        walking &= field.leave(&mut walk.rays, walking);
+    }
+    Projected { found, value: known * side, depth: Floats::splat(simd, 0.0) }
+}
+
+/// Which of the bricks of the rays of `of`, by their numbers, have a sample whose value, times a side, is larger than what is known: all that lies
+/// between samples is less.
+#[inline(always)]
+fn may_exceed<S: Simd>(
+    simd: S,
+    layer: &FrameLayer,
+    field: &Field<'_>,
+    (brick, side): (Ints<S>, f32),
+    known: Floats<S>,
+    of: Mask<S>,
+) -> Mask<S> {
+    let ranges = layer.placement.surface.volume.bricks().ranges();
+    let end = usize::from(side * field.sign > 0.0);
+    let (brick, mut most) = (brick.to_array(), [0.0; LANES]);
+    for lane in numbers(of) {
+        most[lane] = ranges[brick[lane] as usize][end];
+    }
+    (side * (field.sign * (Floats::load_array(simd, most) - field.level))).simd_gt(known)
 }
 
 /// The extreme, times its side, or the mean of the values in the cells; an extreme that is not above `known` may be any that is not.
@@ -191,7 +267,6 @@ fn magnitude<S: Simd>(layer: &FrameLayer, pass: &CellPass<S>, u: Floats<S>) -> F
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lanes::LANES;
     use crate::roots::tests::trilinear_f64;
     use bregma_synthetic::Random;
     use fearless_simd::{Level, dispatch};

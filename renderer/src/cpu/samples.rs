@@ -62,6 +62,63 @@ impl<'a> Source<'a> {
     }
 }
 
+/// Samples that are read two at a time, side by side as bits, and told apart for all lanes at once.
+pub(super) trait Pairs: Sample {
+    /// The two ends of four edges of cells in all lanes.
+    type Edges: Copy + Default;
+
+    /// Reads those of a lane, where an edge begins at number `n` of each of four rows of samples.
+    fn read(edges: &mut Self::Edges, lane: usize, rows: &[&[Self]; 4], n: usize);
+
+    /// Corner x + 2y + 4z is at (x, y, z).
+    fn corners<S: Simd>(simd: S, edges: &Self::Edges) -> [Floats<S>; 8];
+}
+
+macro_rules! pairs_of_bits {
+    ($sample:ty, $unsigned:ty, $first:expr, $second:expr) => {
+        impl Pairs for $sample {
+            type Edges = [[i32; LANES]; 4];
+
+            #[inline(always)]
+            fn read(edges: &mut Self::Edges, lane: usize, rows: &[&[Self]; 4], n: usize) {
+                for (edge, row) in edges.iter_mut().zip(rows) {
+                    edge[lane] = i32::from(row[n] as $unsigned) | i32::from(row[n + 1] as $unsigned) << <$unsigned>::BITS;
+                }
+            }
+
+            #[inline(always)]
+            fn corners<S: Simd>(simd: S, [a, b, c, d]: &Self::Edges) -> [Floats<S>; 8] {
+                let (first, second): (fn(Ints<S>) -> Ints<S>, fn(Ints<S>) -> Ints<S>) = ($first, $second);
+                let [a, b] = [Ints::load_array_ref(simd, a), Ints::load_array_ref(simd, b)];
+                let [c, d] = [Ints::load_array_ref(simd, c), Ints::load_array_ref(simd, d)];
+                let [f0, f1, f2, f3] = [first(a).to_float(), second(a).to_float(), first(b).to_float(), second(b).to_float()];
+                let [f4, f5, f6, f7] = [first(c).to_float(), second(c).to_float(), first(d).to_float(), second(d).to_float()];
+                [f0, f1, f2, f3, f4, f5, f6, f7]
+            }
+        }
+    };
+}
+pairs_of_bits!(u8, u8, |pair| pair & 0xff, |pair| pair >> 8);
+pairs_of_bits!(u16, u16, |pair| pair & 0xffff, |pair| (pair >> 16) & 0xffff);
+pairs_of_bits!(i16, u16, |pair| (pair << 16) >> 16, |pair| pair >> 16);
+
+impl Pairs for f32 {
+    type Edges = [[f32; LANES]; 8];
+
+    #[inline(always)]
+    fn read(edges: &mut Self::Edges, lane: usize, rows: &[&[Self]; 4], n: usize) {
+        for (ends, row) in edges.chunks_mut(2).zip(rows) {
+            (ends[0][lane], ends[1][lane]) = (row[n], row[n + 1]);
+        }
+    }
+
+    #[inline(always)]
+    fn corners<S: Simd>(simd: S, edges: &Self::Edges) -> [Floats<S>; 8] {
+        let at = |c: usize| Floats::load_array_ref(simd, &edges[c]);
+        [at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7)]
+    }
+}
+
 /// Whole numbers become float32 sixteen at a time.
 #[inline(always)]
 fn whole_corners<S: Simd, T: Sample>(simd: S, block: &Block<'_, T>, cell: &[[i32; LANES]; 3], of: Mask<S>) -> [Floats<S>; 8] {

@@ -6,7 +6,7 @@ use super::cuts::kept;
 use super::faces::ON_FACE_VOXEL;
 use super::line::Part;
 use super::packets::{Pixels, packets};
-use super::project::{Sought, project};
+use super::project::{Sought, Way, project};
 use super::volume::{Field, line_of, world_line_of};
 use crate::camera::PixelAffine;
 use crate::frame::{Frame, FrameLayer};
@@ -243,11 +243,12 @@ impl<'a> Plane<'a> {
             let pixels = packet.pixels(simd, first);
             let kept = kept(simd, &self.layer.placement.surface.region, &world_line_of(simd, self.frame, &pixels));
             let part = Part { begin: kept.begin, s_min: Floats::splat(simd, near), s_max: Floats::splat(simd, far).min(kept.end) };
-            let lines = line_of(simd, self.layer, &pixels);
-            let of = simd.vectorize(
+            let way = Way { lines: line_of(simd, self.layer, &pixels), part, asked: pixels.inside };
+            let all = simd.vectorize(
                 #[inline(always)]
-                || project(simd, sought, self.layer, &self.field, &lines, &part, pixels.inside),
+                || project(simd, sought, self.layer, &self.field, &[way]),
             );
+            let of = &all[0];
             for lane in numbers(of.found) {
                 values[packet.index(lane, width)] = sought.of.shown([of.value[lane], of.depth[lane]]);
             }

@@ -37,6 +37,11 @@ impl<'a> Field<'a> {
         }
     }
 
+    /// Whether its samples are so few that each has a number in 31 bits.
+    pub fn has_numbers(&self) -> bool {
+        self.dims.iter().map(|n| i64::from(*n)).product::<i64>() <= i64::from(i32::MAX)
+    }
+
     /// Corner values of cells relative to the level, positive inside; corner x + 2y + 4z is at (x, y, z).
     #[inline(always)]
     pub fn corners<S: Simd>(&self, simd: S, cell: &[Ints<S>; 3], of: Mask<S>) -> [Floats<S>; 8] {

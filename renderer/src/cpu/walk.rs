@@ -44,6 +44,7 @@ impl<'a> Field<'a> {
                 simd,
                 &mut walk,
                 walking,
+                every,
                 #[inline(always)]
                 |walk, within| {
                     if let Some(Method::Solver(Solver::Step(steps))) = method {
@@ -83,7 +84,8 @@ impl<'a> Field<'a> {
     }
 
     /// (rays, which of them seek) → which have arrived: each at its next place where something must be solved. What seeks and does not arrive
-    /// has left the box, or what is asked for. `in_brick`: (rays, which are within bricks) → which of these have arrived.
+    /// has left the box, or what is asked for. `enters`: (rays, which are at bricks that can hold the surface) → which of these look into them;
+    /// `in_brick`: (rays, which are within bricks) → which of these have arrived.
     ///
     /// ```text
     ///   distance 3       2     1    0 (may hold the surface)
@@ -95,6 +97,7 @@ impl<'a> Field<'a> {
         simd: S,
         walk: &mut Walk<'_, S>,
         mut seeking: Mask<S>,
+        mut enters: impl FnMut(&Walkers<'_, S>, Mask<S>) -> Mask<S>,
         mut in_brick: impl FnMut(&mut Walk<'_, S>, Mask<S>) -> Mask<S>,
     ) -> Mask<S> {
         let none = Mask::splat(simd, false);
@@ -103,7 +106,7 @@ impl<'a> Field<'a> {
             let is_new = seeking & !walk.at.rays;
             if is_new.any_true() {
                 self.look_up(simd, &mut walk.rays, is_new);
-                let entering = is_new & walk.rays.distance.simd_eq(0);
+                let entering = enters(&walk.rays, is_new & walk.rays.distance.simd_eq(0));
                 if entering.any_true() {
                     let (new, cells) = self.enter_brick(simd, &walk.rays, entering);
                     walk.at.enter(&new);
@@ -128,7 +131,7 @@ impl<'a> Field<'a> {
     /// Takes the rays of `of` to the brick behind the block of bricks that are known to be empty, or behind their brick alone, and says
     /// which are still in the box and the span.
     #[inline(always)]
-    fn leave<S: Simd>(&self, rays: &mut Walkers<'_, S>, of: Mask<S>) -> Mask<S> {
+    pub fn leave<S: Simd>(&self, rays: &mut Walkers<'_, S>, of: Mask<S>) -> Mask<S> {
         let (pace, brick) = (&rays.pace, rays.brick);
         let bricks = self.map.dims().map(|n| n as i32);
         let reach = rays.distance.max(1) - 1;
@@ -180,6 +183,12 @@ impl<'a> Field<'a> {
     }
 }
 
+/// Looks into all bricks.
+#[inline(always)]
+fn every<S: Simd>(_: &Walkers<'_, S>, of: Mask<S>) -> Mask<S> {
+    of
+}
+
 /// Takes the rays of `seeking` through the next cells that can hold something: which of them come to one, and their ways through it.
 #[inline(always)]
 pub(super) fn next_cell<S: Simd>(simd: S, field: &Field<'_>, walk: &mut Walk<'_, S>, seeking: Mask<S>) -> (Mask<S>, CellPass<S>) {
@@ -191,6 +200,7 @@ pub(super) fn next_cell<S: Simd>(simd: S, field: &Field<'_>, walk: &mut Walk<'_,
                 simd,
                 walk,
                 seeking,
+                every,
                 #[inline(always)]
                 |walk, within| cells::advance(simd, field, &walk.rays.pace, &walk.at, &mut walk.place, within),
             );

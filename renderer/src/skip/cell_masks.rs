@@ -1,8 +1,9 @@
 //! Which cells of a brick can hold the surface: one bit for each, so that a ray passes the others without reading a sample.
 
+use super::Walked;
 use super::occupancy::DistanceMap;
 use crate::InstructionSet;
-use crate::lanes::{Floats, LANES};
+use crate::lanes::{Floats, LANES, Mask as LaneMask};
 use crate::roots::inside;
 use bregma_field::{BRICK, Block, Sample, Store, with_block};
 use fearless_simd::prelude::*;
@@ -12,7 +13,7 @@ use rayon::prelude::*;
 /// Numbers of a mask.
 pub(crate) const WORDS: usize = 2 * BRICK;
 
-/// The cells of a brick with a corner inside, two numbers for each layer: bit 64z + 8y + x of all is cell (x, y, z).
+/// Cells of a brick, two numbers for each layer: bit 64z + 8y + x of all is cell (x, y, z).
 type Mask = [u32; WORDS];
 
 /// Masks of all bricks that can hold the surface.
@@ -27,8 +28,8 @@ pub(crate) struct CellMasks {
 }
 
 impl CellMasks {
-    /// The masks of the surface at `level` of the samples of `store`, for the bricks that `map` says can hold it.
-    pub fn build(instructions: InstructionSet, store: Store<'_>, map: &DistanceMap, level: f32, sign: f32) -> Self {
+    /// The masks of what is walked to of the surface at `level` of the samples of `store`, for the bricks that `map` says can hold it.
+    pub fn build(instructions: InstructionSet, store: Store<'_>, map: &DistanceMap, [level, sign]: [f32; 2], what: &Walked) -> Self {
         let (occupied, dims) = (map.occupied(), store.dims());
         let mut slots = vec![0; map.distances().len()];
         occupied.iter().zip(0..).for_each(|(&brick, slot)| slots[brick as usize] = slot);
@@ -38,7 +39,11 @@ impl CellMasks {
                 let n = brick as usize;
                 let brick = [n % bx, n / bx % by, n / (bx * by)];
                 let block = store.block(brick).expect("a scan in memory has all its bricks");
-                *mask = with_block!(block, block => mask_of(simd, &block, dims, brick.map(|b| b * BRICK), level, sign));
+                let corner = brick.map(|b| b * BRICK);
+                *mask = with_block!(block, block => match what {
+                    Walked::Inside => cells_with(simd, &block, dims, corner, |v| inside(sign * (v - level))),
+                    Walked::Crossings(bands) => crossed(simd, &block, dims, corner, [level, sign], bands),
+                });
             });
         };
         let mut masks = vec![[0; WORDS]; occupied.len()];
@@ -103,9 +108,48 @@ impl CellMasks {
 /// Bricks that a thread takes at once: some hundredths of a millisecond's work.
 const CHUNK: usize = 64;
 
-/// The mask of the brick with its first sample at `corner`.
+/// The cells with a sample in each of these at their corners, of the brick with its first sample at `corner`: at or above a band's lower end and
+/// at or below its higher one; and cells at the grid's border, where surfaces are closed, with one that is inside.
 #[inline(always)]
-fn mask_of<S: Simd, T: Sample>(simd: S, block: &Block<'_, T>, dims: [usize; 3], corner: [usize; 3], level: f32, sign: f32) -> Mask {
+fn crossed<S: Simd, T: Sample>(
+    simd: S,
+    block: &Block<'_, T>,
+    dims: [usize; 3],
+    corner: [usize; 3],
+    [level, sign]: [f32; 2],
+    bands: &[[f32; 2]],
+) -> Mask {
+    let border = border_of(dims, corner);
+    let mut all = [0; WORDS];
+    if border != all {
+        let inside = cells_with(simd, block, dims, corner, |v| inside(sign * (v - level)));
+        all = std::array::from_fn(|word| inside[word] & border[word]);
+    }
+    for [low, high] in bands {
+        let above = cells_with(simd, block, dims, corner, |v| (sign * (v - level)).simd_ge(*low));
+        let below = cells_with(simd, block, dims, corner, |v| (sign * (v - level)).simd_le(*high));
+        (0..WORDS).for_each(|word| all[word] |= above[word] & below[word]);
+    }
+    all
+}
+
+/// The cells of a brick that lie at the grid's border.
+fn border_of(dims: [usize; 3], corner: [usize; 3]) -> Mask {
+    let outermost = |a: usize| (0..BRICK).filter(|n| corner[a] + n == 0 || corner[a] + n + 2 == dims[a]).map(|n| 1_u64 << n).sum::<u64>();
+    let [x, y, z] = [outermost(0), outermost(1), outermost(2)];
+    let rows = |y: u64| (0..BRICK).map(|n| if y >> n & 1 == 1 { 0xff } else { x } << (BRICK * n)).sum::<u64>();
+    std::array::from_fn(|word| ((if z >> (word / 2) & 1 == 1 { u64::MAX } else { rows(y) }) >> (word % 2 * 32)) as u32)
+}
+
+/// The cells with a corner that `is` says yes to, of the brick with its first sample at `corner`.
+#[inline(always)]
+fn cells_with<S: Simd, T: Sample>(
+    simd: S,
+    block: &Block<'_, T>,
+    dims: [usize; 3],
+    corner: [usize; 3],
+    is: impl Fn(Floats<S>) -> LaneMask<S>,
+) -> Mask {
     // 8 cells along each side, less at the grid's far border, and a sample more.
     let [cx, cy, cz] = std::array::from_fn(|a| (dims[a] - 1 - corner[a]).min(BRICK));
     let mut mask = [0_u64; BRICK];
@@ -113,7 +157,7 @@ fn mask_of<S: Simd, T: Sample>(simd: S, block: &Block<'_, T>, dims: [usize; 3], 
         let mut layer = 0_u64;
         for j in 0..=cy {
             let row = block.onward([corner[0], corner[1] + j, corner[2] + k]);
-            let bits = inside_bits(simd, row, cx + 1, level, sign);
+            let bits = is(first_of(simd, row)).to_bitmask() & ((2 << cx) - 1);
             // A sample is a corner of the cells on either side of it, along each axis.
             let row = (bits | bits >> 1) & ((1 << cx) - 1);
             if j < cy {
@@ -148,15 +192,15 @@ fn box_of(mask: &Mask) -> u32 {
     x.0 | y.0 << 4 | z.0 << 8 | x.1 << 12 | y.1 << 16 | z.1 << 20
 }
 
-/// Which of the first `count` samples are inside: ties included, as everywhere.
+/// As many samples as there are lanes, or those that there are.
 #[inline(always)]
-fn inside_bits<S: Simd, T: Sample>(simd: S, samples: &[T], count: usize, level: f32, sign: f32) -> u64 {
+fn first_of<S: Simd, T: Sample>(simd: S, samples: &[T]) -> Floats<S> {
     let mut values = [0.0; LANES];
     match samples.first_chunk::<LANES>() {
         Some(all) => all.iter().zip(&mut values).for_each(|(s, v)| *v = s.to_f32()),
         None => samples.iter().zip(&mut values).for_each(|(s, v)| *v = s.to_f32()),
     }
-    inside(sign * (Floats::load_array(simd, values) - level)).to_bitmask() & ((1 << count) - 1)
+    Floats::load_array(simd, values)
 }
 
 #[cfg(test)]
@@ -173,7 +217,13 @@ mod tests {
             for (level, sign) in [(0.5, 1.0), (100.0, 1.0), (100.0, -1.0)] {
                 let samples: Vec<u8> = (0..dims.iter().product()).map(|_| (random.unit().powi(8) * 256.0) as u8).collect();
                 let map = DistanceMap::build(&RangeBricks::build(&samples, dims), level, sign);
-                let masks = CellMasks::build(InstructionSet::new(), Store::new(&Samples::U8(samples.clone()), dims), &map, level, sign);
+                let masks = CellMasks::build(
+                    InstructionSet::new(),
+                    Store::new(&Samples::U8(samples.clone()), dims),
+                    &map,
+                    [level, sign],
+                    &Walked::Inside,
+                );
                 let [bx, by, _] = map.dims();
                 for n in 0..(dims[0] - 1) * (dims[1] - 1) * (dims[2] - 1) {
                     let cell = [n % (dims[0] - 1), n / (dims[0] - 1) % (dims[1] - 1), n / ((dims[0] - 1) * (dims[1] - 1))];
@@ -203,6 +253,40 @@ mod tests {
                         }
                     }
                     assert_eq!(masks.cells(brick), [first, end]);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_cell_is_walked_to_when_it_has_corners_on_both_sides_of_a_level_or_closes_a_surface() {
+        // Fails if a level, a side, a tie or the grid's border is forgotten: a crossing would be drawn late, or not at all.
+        let mut random = Random(4);
+        for dims in [[9, 9, 9], [10, 17, 8], [2, 2, 25], [20, 11, 14]] {
+            for sign in [1.0, -1.0] {
+                let samples: Vec<u8> = (0..dims.iter().product()).map(|_| (random.unit().powi(3) * 8.0) as u8).collect();
+                let level = if sign > 0.0 { 2.0 } else { 5.0 };
+                let bands = vec![[0.0, 0.0], [2.5, 2.5]];
+                let what = Walked::Crossings(bands.clone());
+                let map = DistanceMap::of(&RangeBricks::build(&samples, dims), level, sign, &what);
+                let store = Samples::U8(samples.clone());
+                let masks = CellMasks::build(InstructionSet::new(), Store::new(&store, dims), &map, [level, sign], &what);
+                let [bx, by, _] = map.dims();
+                for n in 0..(dims[0] - 1) * (dims[1] - 1) * (dims[2] - 1) {
+                    let cell = [n % (dims[0] - 1), n / (dims[0] - 1) % (dims[1] - 1), n / ((dims[0] - 1) * (dims[1] - 1))];
+                    let value = |c: usize| {
+                        let [x, y, z] = [0, 1, 2].map(|a| cell[a] + (c >> a & 1));
+                        sign * (f32::from(samples[(z * dims[1] + y) * dims[0] + x]) - level)
+                    };
+                    let passes = bands.iter().any(|[low, high]| (0..8).any(|c| value(c) >= *low) && (0..8).any(|c| value(c) <= *high));
+                    let closes = (0..3).any(|a| cell[a] == 0 || cell[a] + 2 == dims[a]) && (0..8).any(|c| value(c) >= 0.0);
+                    let b = cell.map(|c| c / 8);
+                    let brick = (b[2] * by + b[1]) * bx + b[0];
+                    let bit = map.distances()[brick] == 0 && {
+                        let bit = (cell[2] % 8 * 8 + cell[1] % 8) * 8 + cell[0] % 8;
+                        masks.words()[masks.slots()[brick] as usize * WORDS + bit / 32] >> (bit % 32) & 1 == 1
+                    };
+                    assert_eq!(bit, passes || closes, "{dims:?} {sign} {cell:?}");
                 }
             }
         }

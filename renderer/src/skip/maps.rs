@@ -1,6 +1,6 @@
 //! What is kept of the surfaces drawn last, so that the next picture of them need not work it out again.
 
-use super::{CellMasks, DistanceMap};
+use super::{CellMasks, DistanceMap, Walked};
 use crate::InstructionSet;
 use bregma_field::{AnyBlock, RangeBricks, Samples, Store, Surface, Volume, spline};
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use std::sync::Arc;
 pub(crate) struct MapCache {
     /// What they are made with.
     instructions: InstructionSet,
-    known: Vec<(Arc<Volume>, f64, Maps)>,
+    known: Vec<(Arc<Volume>, f64, Walked, Maps)>,
     /// Of the volumes that are drawn as splines the coefficients.
     splines: Vec<(Arc<Volume>, Arc<Volume>)>,
 }
@@ -33,17 +33,19 @@ impl MapCache {
         coefficients
     }
 
-    /// Where a surface can be.
-    pub fn get(&mut self, surface: &Surface) -> Maps {
-        let known = self.known.iter().find(|(v, level, _)| is_of(surface, v, *level));
+    /// Where what is walked to of a surface can be.
+    pub fn get(&mut self, surface: &Surface, what: &Walked) -> Maps {
+        let known = self.known.iter().find(|(v, level, walked, _)| is_of(surface, v, *level) && walked == what);
         if let Some((.., maps)) = known {
             return maps.clone();
         }
+        // Nothing else is asked for of the same surface as long as the view stays as it is.
+        self.known.retain(|(v, level, ..)| !is_of(surface, v, *level));
         let (volume, level, sign) = (&surface.volume, surface.level as f32, surface.sign);
         let dims = volume.grid().dims();
         let of = |bricks: &RangeBricks, store: Store<'_>| {
-            let map = DistanceMap::build(bricks, level, sign);
-            let masks = CellMasks::build(self.instructions, store, &map, level, sign);
+            let map = DistanceMap::of(bricks, level, sign, what);
+            let masks = CellMasks::build(self.instructions, store, &map, [level, sign], what);
             (Arc::new(map), Arc::new(masks))
         };
         let store = Store::of(volume);
@@ -55,7 +57,7 @@ impl MapCache {
             }
             _ => of(volume.bricks(), store),
         };
-        self.known.push((Arc::clone(volume), surface.level, maps.clone()));
+        self.known.push((Arc::clone(volume), surface.level, what.clone(), maps.clone()));
         maps
     }
 
@@ -72,7 +74,7 @@ impl MapCache {
         let is_spline = |volume: &Arc<Volume>| self.splines.iter().any(|(_, spline)| Arc::ptr_eq(spline, volume));
         let is_drawn = |volume: &Arc<Volume>, level| surfaces.iter().any(|(_, s)| is_of(s, volume, level));
         let has_newer = |volume: &Arc<Volume>| surfaces.iter().any(|(_, s)| Arc::ptr_eq(&s.volume, volume));
-        self.known.retain(|(v, level, _)| is_drawn(v, *level) || is_spline(v) && !has_newer(v));
+        self.known.retain(|(v, level, ..)| is_drawn(v, *level) || is_spline(v) && !has_newer(v));
     }
 }
 

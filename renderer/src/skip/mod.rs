@@ -9,6 +9,7 @@ mod occupancy;
 mod spans;
 
 use crate::camera::Raster;
+use crate::modes::Gather;
 use crate::scene::Scene;
 use bregma_field::Surface;
 use std::sync::Arc;
@@ -18,6 +19,31 @@ pub(crate) use light_spans::LightSpans;
 pub(crate) use maps::MapCache;
 pub use occupancy::DistanceMap;
 pub(crate) use spans::{BLOCK, Spans};
+
+/// What is walked to.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Walked {
+    /// All that lies inside of a surface.
+    Inside,
+    /// Only what the surfaces at some levels can pass, and what lies inside where the volume ends: by the values around each level, relative to
+    /// the lowest one, positive inside. Whoever begins outside of the volume meets all crossings there.
+    Crossings(Vec<[f32; 2]>),
+}
+
+/// Of a level: by so much more than interpolating between equal numbers rounds, a value next to a level counts as one on either side of it.
+const LEVEL_MARGIN: f32 = 1e-6;
+
+impl Walked {
+    /// Of a surface whose layer has these levels.
+    fn of(scene: &Scene, surface: &Surface, levels: &[f32]) -> Self {
+        // Rays that begin within bone know by the cells that they begin in on which side of each level they are.
+        let begins_inside = scene.shadows || !surface.region.is_all() || spans::begins_inside(&surface.grid, &scene.camera);
+        if scene.mode.gather() != Gather::Crossings || begins_inside {
+            return Self::Inside;
+        }
+        Self::Crossings(levels.iter().map(|level| [-1.0, 1.0].map(|side| level + side * LEVEL_MARGIN * level.abs())).collect())
+    }
+}
 
 /// What need not be walked of a layer.
 #[derive(Debug)]
@@ -31,17 +57,17 @@ pub(crate) struct Skip {
 }
 
 impl Skip {
-    /// Of a surface in a picture, whose base plane and deepest corner lie at these depths; where cuts show values there may be
-    /// something everywhere.
+    /// Of a surface with other `levels` inside of it in a picture whose base plane and deepest corner lie at these depths; where cuts show values
+    /// there may be something everywhere.
     pub fn of(
         maps: &mut MapCache,
         scene: &Scene,
-        surface: &Surface,
+        (surface, levels): (&Surface, &[f32]),
         sees_everywhere: bool,
         [base_mm, deepest_mm]: [f64; 2],
         raster: Raster,
     ) -> Self {
-        let (map, masks) = maps.get(surface);
+        let (map, masks) = maps.get(surface, &Walked::of(scene, surface, levels));
         let spans = if sees_everywhere {
             Spans::everywhere(deepest_mm, raster.size)
         } else {

@@ -1,5 +1,6 @@
 //! Which bricks can hold the surface, and how far a ray may leap from those that cannot.
 
+use super::Walked;
 use bregma_field::RangeBricks;
 
 /// For each brick the Chebyshev distance, in bricks, to the nearest brick that can hold the surface: 0 there, and from a
@@ -17,6 +18,20 @@ impl DistanceMap {
         let reaches = |range: &[f32; 2]| sign * (range[usize::from(sign > 0.0)] - level) >= 0.0;
         let occupied: Vec<bool> = bricks.ranges().iter().map(reaches).collect();
         Self { dims: bricks.dims(), distances: distances(bricks.dims(), &occupied) }
+    }
+
+    /// The map of what is walked to of the surface at `level`, and of the others that `what` asks for.
+    pub(crate) fn of(bricks: &RangeBricks, level: f32, sign: f32, what: &Walked) -> Self {
+        let Walked::Crossings(bands) = what else { return Self::build(bricks, level, sign) };
+        let dims = bricks.dims();
+        let is_occupied = |(n, range): (usize, &[f32; 2])| {
+            let [low, high] = if sign > 0.0 { *range } else { [range[1], range[0]] }.map(|v| sign * (v - level));
+            let at = [n % dims[0], n / dims[0] % dims[1], n / (dims[0] * dims[1])];
+            let at_border = (0..3).any(|a| at[a] == 0 || at[a] + 1 == dims[a]);
+            bands.iter().any(|band| low <= band[1] && high >= band[0]) || at_border && high >= 0.0
+        };
+        let occupied: Vec<bool> = bricks.ranges().iter().enumerate().map(is_occupied).collect();
+        Self { dims, distances: distances(dims, &occupied) }
     }
 
     /// The bricks that can hold the surface or lie inside, by number, i fastest.

@@ -64,6 +64,12 @@ impl Spans {
     }
 }
 
+/// Whether the plane of the eye cuts a volume, or has it behind itself.
+pub(super) fn begins_inside(grid: &Grid, camera: &Camera) -> bool {
+    let forward = camera.basis().forward;
+    grid.corners_mm().into_iter().any(|corner| (corner - camera.eye_mm).dot(forward) <= 0.0)
+}
+
 /// How bricks of a grid appear in a picture.
 struct View {
     /// From index space to the right, up, and into the picture from the eye; mm.
@@ -95,8 +101,7 @@ impl View {
         let middle = [(width, x), (height, y)].map(|(n, point)| f64::from(n) / 2.0 - 0.5 - point);
         let scale = f64::from(height) / (2.0 * camera.half_height());
         let perspective = matches!(camera.projection, Projection::Perspective { .. });
-        let begins_inside = grid.corners_mm().into_iter().any(|corner| (corner - camera.eye_mm).dot(basis.forward) <= 0.0);
-        Self { to_view, half, perspective, scale, middle, base_mm, begins_inside }
+        Self { to_view, half, perspective, scale, middle, base_mm, begins_inside: begins_inside(grid, camera) }
     }
 
     /// Depths of a brick's cells behind the base plane, and the blocks that may see them: first and last + 1 across and down.
@@ -131,6 +136,7 @@ impl View {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Walked;
     use super::*;
     use crate::InstructionSet;
     use crate::camera::point_in_pixel;
@@ -149,7 +155,7 @@ mod tests {
             let part = if n % 2 == 0 { 0.003 } else { 0.3 };
             let samples: Vec<u8> = (0..dims.iter().product()).map(|_| u8::from(random.unit() < part)).collect();
             let map = DistanceMap::build(&RangeBricks::build(&samples, dims), 0.5, 1.0);
-            let masks = CellMasks::build(InstructionSet::new(), Store::new(&Samples::U8(samples), dims), &map, 0.5, 1.0);
+            let masks = CellMasks::build(InstructionSet::new(), Store::new(&Samples::U8(samples), dims), &map, [0.5, 1.0], &Walked::Inside);
             let mut point = || random.point().as_dvec3() - 0.5;
             let shear = DMat3::from_cols(DVec3::X + 0.4 * point(), DVec3::Y * 1.5 + 0.4 * point(), DVec3::Z + 0.4 * point());
             let grid = Grid::from_affine(dims, DAffine3::from_mat3_translation(shear, 30.0 * point())).unwrap();
