@@ -170,7 +170,7 @@ impl Frame {
         let chosen = if scene.is_slice() { scene.slice.window } else { scene.window };
         let window = chosen.or_else(|| surfaces.first().map(|(_, s)| Window::of(&s.volume))).unwrap_or(Window::between([0.0, 1.0]));
         let agreement_mm = if scene.mode.uses(Setting::Agreement) && surfaces.len() > 1 { scene.agreement_mm(volumes) } else { 0.0 };
-        let depth_range_mm = if scene.mode.uses(Setting::Depths) { scene.depth_range_mm(volumes) as f32 } else { 0.0 };
+        let depth_range_mm = if scene.tells_depths() { scene.depth_range_mm(volumes) as f32 } else { 0.0 };
         let surfaces = if scene.draws_spline() { splines(maps, surfaces)? } else { surfaces };
         maps.keep_only(&surfaces, if scene.draws_spline() { volumes } else { &[] });
         let nodes = if scene.is_slice() { nodes_per_pixel(scene, &surfaces, [width, height]) } else { 1 };

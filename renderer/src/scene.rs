@@ -470,6 +470,16 @@ impl Scene {
         self.reconstructs() == Reconstruction::Spline
     }
 
+    /// Whether colours tell how far apart surfaces lie along rays.
+    pub fn tells_depths(&self) -> bool {
+        self.mode.uses(Setting::Depths)
+    }
+
+    /// Whether rays go on from crossing to crossing.
+    pub(crate) fn goes_through_surfaces(&self) -> bool {
+        self.mode.gather() == Gather::Crossings
+    }
+
     /// What lies between the samples of what is drawn.
     pub fn reconstructs(&self) -> Reconstruction {
         if self.mode.uses(Setting::Solver) { self.reconstruction } else { Reconstruction::Trilinear }

@@ -102,7 +102,7 @@ pub enum Command {
     Stability(StabilityArgs),
     /// Time the orbit
     #[command(after_help = "Example:\n  bregma bench skull.nrrd --iso 300 --json")]
-    Bench(BenchArgs),
+    Bench(Box<BenchArgs>),
     /// Speed against accuracy of every solver (chart, and a picture of each one's errors), of the integrators of dvr (integrals), and of
     /// gradients on the demo's phantom (normals): each .csv, .svg and .png
     #[command(after_help = "Examples:\n  bregma chart skull.nrrd --iso 300 --out chart\n  bregma chart --backend cpu --out chart")]

@@ -51,6 +51,7 @@ use faces::faces;
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, dispatch};
 use glam::{Vec3, Vec4};
+use integral::integrals;
 pub(crate) use light::encode;
 use line::{Line, Part};
 use march::{march, set_out};
@@ -181,6 +182,7 @@ fn project_band<S: Simd>(simd: S, frame: &Frame, sought: Sought, [width, y0]: [u
             if s_min > s_max {
                 continue;
             }
+            let field = Field::of(layer);
             // No iterators: what these call is not compiled for the machine's vector instructions.
             let mut ways = Vec::with_capacity(block.len());
             for packet in block {
@@ -191,7 +193,13 @@ fn project_band<S: Simd>(simd: S, frame: &Frame, sought: Sought, [width, y0]: [u
             }
             let found = simd.vectorize(
                 #[inline(always)]
-                || project(simd, sought, layer, &Field::of(layer), &ways),
+                || {
+                    if sought.is_sum() && field.has_numbers() {
+                        integrals(simd, &field, &ways)
+                    } else {
+                        project(simd, sought, layer, &field, &ways)
+                    }
+                },
             );
             for (packet, of) in block.iter().zip(found) {
                 for lane in numbers(of.found) {

@@ -7,7 +7,6 @@ use super::brick::FAR;
 use super::cells::{CellPass, cross_cell};
 use super::gauss::{NODES, WEIGHTS};
 use super::gradient::world_gradient;
-use super::integral::integrals;
 use super::intervals::{count_levels, next_end};
 use super::line::{Line, Part};
 use super::volume::Field;
@@ -41,6 +40,13 @@ pub(super) struct Sought {
     pub in_range: bool,
 }
 
+impl Sought {
+    /// Whether it is the sum of all values.
+    pub fn is_sum(self) -> bool {
+        self.of.extreme().is_none() && !self.by_gradient && !self.in_range
+    }
+}
+
 /// A packet's way through a volume.
 pub(super) struct Way<S: Simd> {
     pub lines: Line<S>,
@@ -52,9 +58,6 @@ pub(super) struct Way<S: Simd> {
 /// What the rays of some packets gather that lie together.
 #[inline(always)]
 pub(super) fn project<S: Simd>(simd: S, sought: Sought, layer: &FrameLayer, field: &Field<'_>, packets: &[Way<S>]) -> Vec<Projected<S>> {
-    if sought.of.extreme().is_none() && !sought.by_gradient && !sought.in_range && field.has_numbers() {
-        return integrals(simd, field, packets);
-    }
     // No iterators: what these call is not compiled for the machine's vector instructions.
     let mut all = Vec::with_capacity(packets.len());
     for way in packets {

@@ -9,7 +9,6 @@ mod occupancy;
 mod spans;
 
 use crate::camera::Raster;
-use crate::modes::Gather;
 use crate::scene::Scene;
 use bregma_field::Surface;
 use std::sync::Arc;
@@ -38,7 +37,7 @@ impl Walked {
     fn of(scene: &Scene, surface: &Surface, levels: &[f32]) -> Self {
         // Rays that begin within bone know by the cells that they begin in on which side of each level they are.
         let begins_inside = scene.shadows || !surface.region.is_all() || spans::begins_inside(&surface.grid, &scene.camera);
-        if scene.mode.gather() != Gather::Crossings || begins_inside {
+        if !scene.goes_through_surfaces() || begins_inside {
             return Self::Inside;
         }
         Self::Crossings(levels.iter().map(|level| [-1.0, 1.0].map(|side| level + side * LEVEL_MARGIN * level.abs())).collect())

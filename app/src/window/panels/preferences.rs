@@ -57,7 +57,10 @@ fn rows(ui: &mut Ui, preferences: &mut Preferences) {
         }
     });
     ui.end_row();
+    tables_and_hands(ui, preferences);
+}
 
+fn tables_and_hands(ui: &mut Ui, preferences: &mut Preferences) {
     ui.label("Lengths in tables").on_hover_text("Of tables that are saved from here as CSV; other files have mm");
     ui.horizontal(|ui| {
         for unit in LengthUnit::ALL {

@@ -84,7 +84,7 @@ pub fn names(painter: &Painter, opened: &Opened, rect: Rect, at_s: f64) {
         Compare::Off => &[],
         Compare::SideBySide => &[(left, Align2::LEFT_TOP, first), (middle, Align2::LEFT_TOP, second)],
         Compare::Swipe { .. } | Compare::Checkerboard { .. } => &[(left, Align2::LEFT_TOP, first), (right, Align2::RIGHT_TOP, second)],
-        Compare::Flicker { .. } => &[(left, Align2::LEFT_TOP, if opened.compare.turn(at_s) % 2 == 0 { first } else { second })],
+        Compare::Flicker { .. } => &[(left, Align2::LEFT_TOP, if opened.compare.turn(at_s).is_multiple_of(2) { first } else { second })],
     };
     // A name keeps clear of the letter in the middle of its side.
     let views = if opened.compare == Compare::SideBySide { 2.0 } else { 1.0 };

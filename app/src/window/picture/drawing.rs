@@ -1,6 +1,6 @@
 //! Drawing on a thread of its own: quickly what moves, exactly what rests, and then through ever more points of each pixel.
 
-use super::painter::{Painted, Shared, Wish, image};
+use super::desk::{Painted, Shared, Wish, image};
 use bregma_renderer::{Backend, CpuRenderer, GpuError, Picture, RenderError, Renderer, Scene, Solver, Still, point_in_pixel};
 use bregma_session::thickness_picture::paint;
 use egui::Context;
@@ -21,7 +21,7 @@ pub(super) type Open = fn() -> (Box<dyn Renderer>, Option<GpuError>);
 /// A picture at rest, on its way to more points of each pixel.
 struct Resting {
     number: u64,
-    wish: Wish,
+    wish: Box<Wish>,
     stills: Vec<Still>,
     first_ms: f64,
 }
@@ -35,7 +35,7 @@ impl Resting {
 /// What is to be done next.
 enum Job {
     /// A wish with its number, and whether all pixels are wanted.
-    Wish(u64, Wish, bool),
+    Wish(u64, Box<Wish>, bool),
     /// One more point of each pixel of what rests.
     Refine,
 }
@@ -48,7 +48,7 @@ fn next_job(shared: &Shared, rests: bool) -> Option<Job> {
             return None;
         }
         if let Some((number, wish, exact)) = desk.wish.take() {
-            return Some(Job::Wish(number, wish, exact));
+            return Some(Job::Wish(number, Box::new(wish), exact));
         }
         if rests {
             return Some(Job::Refine);

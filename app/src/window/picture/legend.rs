@@ -1,7 +1,7 @@
 //! What the colours of a picture mean, at its right edge.
 
 use super::marks::text;
-use bregma_renderer::{Color, Scene, Setting};
+use bregma_renderer::{Color, Scene};
 use bregma_session::Opened;
 use egui::{Align2, Color32, Mesh, Painter, Rect, Shape, Stroke, pos2, vec2};
 
@@ -14,7 +14,7 @@ const PIECES: u32 = 64;
 
 /// Shows what the colours of the mode mean, if they mean something.
 pub fn show(painter: &Painter, rect: Rect, opened: &Opened) {
-    if opened.scene.mode.uses(Setting::Depths) && rect.height() > 3.0 * BAR[0] {
+    if opened.scene.tells_depths() && rect.height() > 3.0 * BAR[0] {
         depths(painter, rect, opened, &opened.scene);
     }
 }

@@ -5,6 +5,7 @@ pub mod by_hand;
 pub mod cast;
 pub mod compare_bar;
 mod cut_handles;
+mod desk;
 mod drawing;
 mod frames;
 mod legend;
