@@ -24,6 +24,7 @@ mod registering;
 mod sheet;
 mod slices;
 mod stage;
+mod tasks;
 
 use bregma::window::{Preferences, Start, Workstation};
 use bregma_renderer::Mode;
