@@ -7,8 +7,10 @@ use super::document::Next;
 use super::menu::{Allowed, Menu};
 use super::panels::{Command, Panels};
 use super::picture::navigate::{self, Side};
+use bregma_renderer::{BodyPlane, Named};
 use bregma_session::save;
 use egui::{Context, Key, Modifiers, ViewportCommand};
+use std::path::{Path, PathBuf};
 
 const NONE: Modifiers = Modifiers::NONE;
 const CTRL: Modifiers = Modifiers::COMMAND;
@@ -44,6 +46,13 @@ pub const COMMANDS: &[Command] = &[
             return Err("The picture is not among the views");
         }
         if b.painter.is_settled() { Ok(()) } else { Err("The picture is being drawn") }
+    }),
+    Command::new(Menu::File, "Save slices…", &[], |_, b, ctx| save_slices(b, ctx)).when(|p, b| {
+        can_save(p, b)?;
+        if b.work.opened.slices.layout.planes().is_empty() {
+            return Err("No slices are among the views");
+        }
+        if b.slices.are_settled(&b.work) { Ok(()) } else { Err("The slices are being drawn") }
     }),
     Command::new(Menu::File, "Quit", &[(CTRL, Key::Q)], |_, _, ctx| ctx.send_viewport_cmd(ViewportCommand::Close))
         .when(|_, _| Ok(()))
@@ -110,10 +119,41 @@ fn look_from(bench: &mut Bench, side: Side) {
     navigate::look_at(&mut bench.work.opened, side, bench.view.aspect());
 }
 
+/// Saves the slices as they are shown now: one under the name that is chosen, of several each with its plane behind it.
+fn save_slices(bench: &mut Bench, ctx: &Context) {
+    let planes = bench.work.opened.slices.layout.planes();
+    let pictures: Vec<_> = planes.iter().filter_map(|plane| Some((*plane, bench.slices.seen(*plane)?.0.clone()))).collect();
+    let ask = Ask { title: "Save the slices", kind: Kind::Save, forms: &[("PNG picture", &["png"])], name: "slice.png" };
+    bench.save(ctx, ask, move |_, file| {
+        let is_one = pictures.len() == 1;
+        pictures.iter().try_for_each(|(plane, picture)| save::picture(&file_of_slice(file, *plane, is_one), picture, None))
+    });
+}
+
+/// The file of one of the slices that are saved under a name.
+fn file_of_slice(file: &Path, plane: BodyPlane, is_one: bool) -> PathBuf {
+    let stem = file.file_stem().unwrap_or_default().to_string_lossy();
+    if is_one { file.to_owned() } else { file.with_file_name(format!("{stem}-{}.png", plane.name())) }
+}
+
 /// Saves the picture as it is shown now.
 fn save_picture(panels: &mut Panels, bench: &mut Bench, ctx: &Context) {
     let Some(picture) = bench.view.painted.as_ref().map(|painted| painted.picture.clone()) else { return };
     let coat = panels.painting(&bench.work).map(|(_, coat)| coat);
     let ask = Ask { title: "Save the picture", kind: Kind::Save, forms: &[("PNG picture", &["png"])], name: "picture.png" };
     bench.save(ctx, ask, move |_, file| save::picture(file, &picture, coat.as_deref()));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slices_of_one_name_have_files_of_their_own() {
+        // Fails if a slice is written over another one, or leaves its folder.
+        let file = |plane, is_one| file_of_slice(Path::new("/a/b.png"), plane, is_one);
+        assert_eq!(file(BodyPlane::Axial, true), Path::new("/a/b.png"));
+        assert_eq!(file(BodyPlane::Axial, false), Path::new("/a/b-axial.png"));
+        assert_eq!(file(BodyPlane::Sagittal, false), Path::new("/a/b-sagittal.png"));
+    }
 }

@@ -13,8 +13,8 @@ use bregma_field::{Block, with_block};
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
-/// The integrals over depth along the rays of some packets, relative to the level, and these depths. Packets that lie together pass through the same
-/// samples, and do so while these are in the cache nearest to the core.
+/// The integrals over depth along the rays of some packets, relative to the level, and these depths. Packets that lie together go on together: so they
+/// pass through the same samples while these are in the cache nearest to the core.
 #[inline(always)]
 pub(super) fn integrals<S: Simd>(simd: S, field: &Field<'_>, packets: &[Way<S>]) -> Vec<Projected<S>> {
     match field.source {
@@ -62,27 +62,14 @@ fn of_samples<S: Simd, T: Pairs>(simd: S, block: &Block<'_, T>, field: &Field<'_
         travellers.push(Traveller { pace: rays.pace, begin, end, sum: Doubles::splat(simd, 0.0) });
     }
     let step = CELLS / fastest;
-    let mut window = Window::new(field);
     while from < until {
         // Never so small that it would be lost in rounding.
         let to = (from + step).max(from.next_up());
-        let far = Floats::splat(simd, FAR);
-        let (mut least, mut most) = ([far; 3], [-far; 3]);
-        for (t, packet) in travellers.iter().zip(packets) {
-            let [begin, end] = t.between(from, to);
-            let of = begin.simd_lt(end);
-            for at in [packet.lines.at(begin), packet.lines.at(end)] {
-                let at = axes!(a => at[a].to_floats());
-                least = axes!(a => of.select(at[a].min(least[a]), least[a]));
-                most = axes!(a => of.select(at[a].max(most[a]), most[a]));
-            }
-        }
-        window.hold(block, field.dims, axes!(a => least[a].reduce_min()), axes!(a => most[a].reduce_max()));
         for (t, packet) in travellers.iter_mut().zip(packets) {
             let [begin, end] = t.between(from, to);
             if begin.simd_lt(end).any_true() {
                 let at = packet.lines.at(begin);
-                t.sum = t.sum + Doubles::of(through(simd, block, &window, field, &t.pace, &at, end - begin));
+                t.sum = t.sum + Doubles::of(through(simd, block, field, &t.pace, &at, end - begin));
             }
         }
         from = to;
@@ -91,59 +78,19 @@ fn of_samples<S: Simd, T: Pairs>(simd: S, block: &Block<'_, T>, field: &Field<'_
     all
 }
 
-/// Samples that some packets need next, side by side: those of a scan lie so that neighbours along y or z often take the same place in the cache.
-struct Window<T> {
-    low: [i32; 3],
-    strides: [i32; 3],
-    /// None: they are taken from the scan.
-    samples: Vec<T>,
-}
-
-/// More samples than this are not copied: where rays lie far from each other most of them would not be needed.
-const MOST_HELD: usize = 8192;
-
-impl<T: Pairs> Window<T> {
-    fn new(field: &Field<'_>) -> Self {
-        Self { low: [0; 3], strides: strides(field.dims), samples: vec![] }
-    }
-
-    /// Holds all that cells between two points need, in a grid of `dims`.
-    fn hold(&mut self, block: &Block<'_, T>, dims: [i32; 3], least: [f32; 3], most: [f32; 3]) {
-        let cell = |v: f32, a: usize| (v.floor() as i32).clamp(0, dims[a] - 2);
-        let (low, high) = (axes!(a => cell(least[a], a)), axes!(a => cell(most[a], a) + 1));
-        let size = axes!(a => (high[a] - low[a] + 1).max(0) as usize);
-        self.samples.clear();
-        if size[0] * size[1] * size[2] > MOST_HELD {
-            (self.low, self.strides) = ([0; 3], strides(dims));
-            return;
-        }
-        for z in low[2]..=high[2] {
-            for y in low[1]..=high[1] {
-                self.samples.extend_from_slice(&block.onward([low[0] as usize, y as usize, z as usize])[..size[0]]);
-            }
-        }
-        (self.low, self.strides) = (low, strides(size.map(|n| n as i32)));
-    }
-}
-
-fn strides([x, y, _]: [i32; 3]) -> [i32; 3] {
-    [1, x, x * y]
-}
-
 /// The integral from `at` on, so far in depth.
 #[inline(always)]
 fn through<S: Simd, T: Pairs>(
     simd: S,
     block: &Block<'_, T>,
-    window: &Window<T>,
     field: &Field<'_>,
     pace: &Pace<S>,
     at: &[Doubles<S>; 3],
     left: Floats<S>,
 ) -> Floats<S> {
-    let all = if window.samples.is_empty() { block.onward([0; 3]) } else { &window.samples };
+    let all = block.onward([0; 3]);
     let [mut here, mut next] = [T::Edges::default(); 2];
-    let mut some = SomeCells::begin(simd, all, window, field, pace, at, left);
+    let mut some = SomeCells::begin(simd, all, field, pace, at, left);
     some.read(&mut here);
     loop {
         if !some.cross(simd, &here, &mut next) || !some.cross(simd, &next, &mut here) {
@@ -181,22 +128,14 @@ struct SomeCells<'a, S: Simd, T: Pairs> {
 
 impl<'a, S: Simd, T: Pairs> SomeCells<'a, S, T> {
     #[inline(always)]
-    fn begin(
-        simd: S,
-        all: &'a [T],
-        window: &Window<T>,
-        field: &Field<'_>,
-        pace: &'a Pace<S>,
-        at: &[Doubles<S>; 3],
-        left: Floats<S>,
-    ) -> Self {
+    fn begin(simd: S, all: &'a [T], field: &Field<'_>, pace: &'a Pace<S>, at: &[Doubles<S>; 3], left: Floats<S>) -> Self {
         let splat = |v: f32| Floats::splat(simd, v);
-        let Window { low, strides, .. } = *window;
+        let strides = [1, field.dims[0], field.dims[0] * field.dims[1]];
         let [row, layer] = [strides[1] as usize, strides[2] as usize];
         let length = all.len() - row - layer;
         let rows = [&all[..length], &all[row..row + length], &all[layer..layer + length], &all[layer + row..][..length]];
         let cell = axes!(a => at[a].floor().to_floats().to_int::<Ints<S>>().max(0).min(field.dims[a] - 2));
-        let number = (cell[0] - low[0]) + (cell[1] - low[1]) * strides[1] + (cell[2] - low[2]) * strides[2];
+        let number = cell[0] + cell[1] * strides[1] + cell[2] * strides[2];
         Self {
             rows,
             level: field.level,
