@@ -26,12 +26,16 @@ PICTURES = [
     ("slice view of both", [A, B, "--mode", "dvr", "--cut-face", "blend", "--window", "2500", "--level", "500", *CUT]),
     ("interpolant, near", [A, *NEAR]),
     ("B-spline, near", [A, "--reconstruction", "spline", *NEAR]),
+    ("samples as boxes", [A, "--reconstruction", "nearest", "--shadows", *NEAR[:-1], "30"]),
+    ("depths between both", [A, B, "--mode", "depths", "--shadows"]),
+    ("slice of both", [A, B, "--mode", "slice", "--plane", "sagittal"]),
+    ("volume rendering of both", [A, B, "--mode", "dvr"]),
 ]
 with tempfile.TemporaryDirectory() as folder:
     command = ["montage", "-depth", "8", "-strip", "-colors", "255", "-background", "#12141a", "-fill", "white", "-pointsize", "15", "-geometry", "300x300+4+4", "-tile", "4x"]
     for n, (name, options) in enumerate(PICTURES):
         file = f"{folder}/{n}.png"
-        view = [] if "--eye" in options else VIEW
-        subprocess.run([program, "render", *options, *view, "--size", "300x300", "--out", file], check=True)
+        view = [] if "--eye" in options or "--plane" in options else VIEW
+        subprocess.run([program, "render", *options, *view, "--size", "300x300", "--samples", "16", "--out", file], check=True)
         command += ["-label", name, file]
     subprocess.run([*command, out], check=True)
