@@ -1,5 +1,6 @@
 //! Swipe and checkerboard in slices, by scans that are told apart by every value.
 
+use super::looking::compare_by;
 use super::*;
 use bregma_renderer::{BodyPlane, Named, Picture};
 
@@ -10,14 +11,6 @@ fn cube(name: &str, [low, high]: [u8; 2]) -> std::path::PathBuf {
     bytes.extend((0..24 * 24 * 24).map(|n| if n / 24 % 4 < 2 { low } else { high }));
     std::fs::write(&file, bytes).unwrap();
     file
-}
-
-fn compare_by(window: &mut Window, kind: &str) {
-    window.get_by_label("Compare").click();
-    window.run_steps(3);
-    window.get_by_label(kind).click();
-    window.run_steps(2);
-    settle(window);
 }
 
 /// Holds each value of a slice to the scan that `is_second` says is there. Gives how many of the first and the second were seen.

@@ -185,7 +185,7 @@ fn a_transfer_function_is_chosen_and_its_points_dragged_added_and_removed() {
     std::fs::remove_file(&file).unwrap();
 }
 
-fn compare_by(window: &mut Window, kind: &str) {
+pub fn compare_by(window: &mut Window, kind: &str) {
     window.get_by_label("Compare").click();
     window.run_steps(3);
     window.get_by_label(kind).click();

@@ -93,8 +93,7 @@ impl Worker {
                 (Job::Wish(number, wish, exact), _) => {
                     solver = wish.scene.solver;
                     let painted = self.paint(shared, &wish, exact).map(|(painted, stills)| {
-                        let is_done = !exact || wish.samples <= 1 || wish.scene.is_slice();
-                        resting = (!is_done).then_some(Resting { number, wish, stills, first_ms: painted.millis });
+                        resting = (!stills.is_empty()).then_some(Resting { number, wish, stills, first_ms: painted.millis });
                         painted
                     });
                     (number, painted)
@@ -115,12 +114,14 @@ impl Worker {
         }
     }
 
-    /// The picture, and what it is made of.
+    /// The picture, and what goes on from it; nothing where it is done.
     fn paint(&mut self, shared: &Shared, wish: &Wish, exact: bool) -> Result<(Painted, Vec<Still>), RenderError> {
         let reduction = if exact { 1 } else { self.reduction };
         let begun = Instant::now();
-        let stills = self.parts(shared, wish, reduction, 0)?.into_iter().map(Still::of).collect::<Vec<_>>();
-        let mut painted = self.painted(wish, &stills, reduction)?;
+        let parts = self.parts(shared, wish, reduction, 0)?;
+        let goes_on = exact && wish.samples > 1 && !wish.scene.is_slice();
+        let stills = if goes_on { parts.iter().cloned().map(Still::of).collect() } else { vec![] };
+        let mut painted = self.painted(wish, parts, reduction, 1)?;
         painted.millis = begun.elapsed().as_secs_f64() * 1e3;
         self.adapt(reduction, painted.millis);
         Ok((painted, stills))
@@ -133,7 +134,8 @@ impl Worker {
         if !resting.samples().is_power_of_two() && resting.samples() < resting.wish.samples {
             return Ok(None);
         }
-        let painted = self.painted(&resting.wish, &resting.stills, 1)?;
+        let pictures = resting.stills.iter().map(Still::picture).collect();
+        let painted = self.painted(&resting.wish, pictures, 1, resting.samples())?;
         Ok(Some(Painted { millis: resting.first_ms, ..painted }))
     }
 
@@ -150,12 +152,10 @@ impl Worker {
     }
 
     /// What has been drawn as one.
-    fn painted(&self, wish: &Wish, stills: &[Still], reduction: u32) -> Result<Painted, RenderError> {
-        let mut parts: Vec<Picture> = stills.iter().map(Still::picture).collect();
+    fn painted(&self, wish: &Wish, mut parts: Vec<Picture>, reduction: u32, samples: u32) -> Result<Painted, RenderError> {
         let compare = wish.compare.reduced(reduction);
         let none = RenderError::NoPixels { width: 0, height: 0 };
         let picture = if parts.len() == 1 { parts.pop() } else { compare.join(&parts, 0.0) }.ok_or(none)?;
-        let samples = stills.first().map_or(1, Still::samples);
         let (joined, backend, adapter) = ((compare, 0), self.renderer.backend(), self.renderer.name());
         Ok(Painted { image: image(&picture), parts, picture, joined, reduction, samples, millis: 0.0, backend, adapter })
     }
