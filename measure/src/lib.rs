@@ -7,6 +7,7 @@ pub mod export;
 pub mod landmarks;
 pub mod mesh;
 pub mod numbers;
+pub mod partner;
 mod probe;
 mod record;
 pub mod table_style;

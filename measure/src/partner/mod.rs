@@ -1,0 +1,231 @@
+//! The point of one surface that belongs to a point of another: the nearest of all, or the nearest that faces the same way.
+
+mod patch;
+mod tree;
+
+use bregma_field::interpolant::{corners, depth_at};
+use bregma_field::{Cancelled, IndexPoint, Progress, Surface, WorldPoint};
+use glam::{DMat3, DVec3, USizeVec3};
+use patch::{Part, Stationary, Trilinear, has_no_foot, stationary};
+use tree::{Passed, Tree};
+
+/// A surface, made ready to be asked for the points that are nearest to others.
+#[derive(Debug)]
+pub struct Partners<'a> {
+    surface: &'a Surface,
+    tree: Tree,
+    /// From index space to mm: uᵀGu is the square of a step's length.
+    metric: DMat3,
+    /// How far a ball of 1 mm reaches along each axis of index space.
+    reach_per_mm: DVec3,
+    /// The grid's axes are not at right angles, or only to rounding.
+    is_sheared: bool,
+}
+
+/// A point of a surface that belongs to another point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Partner {
+    /// Where it is.
+    pub point: WorldPoint,
+    /// Outward unit normal of the interpolant's surface there, in the cell that it was found in.
+    pub normal: DVec3,
+    /// How far it is away, mm.
+    pub distance_mm: f64,
+}
+
+/// What is asked for.
+#[derive(Clone, Copy, Debug)]
+enum Wanted {
+    /// Any point.
+    Closest,
+    /// A foot of a perpendicular whose normal makes less than a right angle with this one (unit, world).
+    Facing(DVec3),
+}
+
+/// The best point so far of those that are asked for.
+#[derive(Clone, Copy)]
+struct Best {
+    /// mm².
+    square: f64,
+    found: Option<(USizeVec3, DVec3)>,
+    /// Parts of cells that may still be looked at.
+    parts_left: u32,
+}
+
+/// As many parts of cells as a point may cost: where more are undecided, as at the centre of a ball, all of their points are equally far but for
+/// what is not told apart, and the best of them is taken.
+const MOST_PARTS: u32 = 20_000;
+/// Parts of a cell that are smaller are not halved again, voxels: what they could add to a distance is below 1e-6 voxel.
+const SMALLEST_VOXEL: f64 = 1e-6;
+/// How far into the neighbouring cells a foot on a cell's face is looked for something nearer, voxels.
+const BESIDE_VOXEL: f64 = 1.0 / 64.0;
+/// A part of a distance by which something nearer must be so: distances are good to fewer digits than float64 has.
+const NEARER: f64 = 1e-12;
+/// Products of axes of unlike directions, as a part of the first one's square, that are rounding.
+const NOT_SHEARED: f64 = 1e-12;
+/// A point as near as that to the surface lies on it, voxels: positions of thousands of voxels are good to 1e-12.
+const ON_SURFACE_VOXEL: f64 = 1e-9;
+
+impl<'a> Partners<'a> {
+    /// Of `surface`. `progress` counts its layers of cells.
+    pub fn of(surface: &'a Surface, progress: &Progress) -> Result<Self, Cancelled> {
+        let steps = surface.grid.index_to_world().matrix3;
+        let rows = surface.grid.world_to_index().matrix3.transpose();
+        let reach_per_mm = DVec3::new(rows.x_axis.length(), rows.y_axis.length(), rows.z_axis.length());
+        let metric = steps.transpose() * steps;
+        let is_sheared = [metric.x_axis.y, metric.y_axis.z, metric.z_axis.x].iter().any(|m| m.abs() > NOT_SHEARED * metric.x_axis.x);
+        Ok(Self { surface, tree: Tree::of(surface, progress)?, metric, reach_per_mm, is_sheared })
+    }
+
+    /// The point of the surface that is nearest to `point`, within `reach_mm`: the distance to it is right to 1e-6 voxel.
+    pub fn closest(&self, point: WorldPoint, reach_mm: f64) -> Option<Partner> {
+        self.search(point, Wanted::Closest, reach_mm)
+    }
+
+    /// The partner of `point`, whose own surface has the outward unit `normal` there: of the places where the distance to this surface is least
+    /// against all around, and the surface faces the same way as at `point`, by less than a right angle, the nearest within `reach_mm`. A place
+    /// where only the scan's box ends the surface is none.
+    ///
+    /// ```text
+    ///   point •──▶ normal                 the other side of a wall is nearer to a point in it,
+    ///         ╎                           but faces the other way
+    ///    ─────┴─────▶  partner
+    /// ```
+    pub fn facing(&self, point: WorldPoint, normal: DVec3, reach_mm: f64) -> Option<Partner> {
+        self.search(point, Wanted::Facing(normal), reach_mm)
+    }
+
+    /// Whether the surface's own value says that `point` is in its bone; `None` outside the scan's box.
+    pub fn holds(&self, point: WorldPoint) -> Option<bool> {
+        depth_at(self.surface, point).map(|(depth, _)| depth >= 0.0)
+    }
+
+    /// The square of the distance of a point to a part of a cell, or less; mm².
+    fn square_to(&self, part: Part, target: DVec3) -> f64 {
+        let beyond = (part.low - target).max(target - part.high).max(DVec3::ZERO);
+        // Of a sheared grid that is the distance to one face, as it lies.
+        if self.is_sheared { (beyond / self.reach_per_mm).max_element().powi(2) } else { beyond.dot(self.metric * beyond) }
+    }
+
+    fn search(&self, point: WorldPoint, wanted: Wanted, reach_mm: f64) -> Option<Partner> {
+        let IndexPoint(at) = self.surface.grid.index(point);
+        let facing = match wanted {
+            Wanted::Closest => None,
+            // The normal at u is −M⁻ᵀ∇f(u), so it is at less than a right angle to n where ∇f(u)·(−M⁻¹n) > 0.
+            Wanted::Facing(normal) => Some(-(self.surface.grid.world_to_index().matrix3 * normal)),
+        };
+        let mut best = Best { square: reach_mm * reach_mm, found: None, parts_left: MOST_PARTS };
+        let in_cell = |passed: &Passed| InCell { partners: self, cell: passed.cell, f: Trilinear::of(&passed.f), target: at - passed.cell.as_dvec3(), facing };
+        // A first round takes what the first attempt in each cell finds; the second proves that nothing is nearer, which costs little then.
+        self.tree.near(at, reach_mm, |passed| {
+            in_cell(passed).attempt(Part::CELL, &mut best);
+            best.square.sqrt()
+        });
+        self.tree.near(at, best.square.sqrt(), |passed| {
+            in_cell(passed).search(Part::CELL, &mut best);
+            best.square.sqrt()
+        });
+        let (cell, local) = best.found?;
+        let gradient = self.surface.grid.world_to_index().matrix3.transpose() * Trilinear::of(&corners(self.surface, cell)).gradient(local);
+        let found = cell.as_dvec3() + local;
+        let is_here = (found - at).abs().max_element() < ON_SURFACE_VOXEL;
+        Some(Partner {
+            point: self.surface.grid.world(IndexPoint(found)),
+            normal: -gradient.normalize_or_zero(),
+            distance_mm: if is_here { 0.0 } else { best.square.sqrt() },
+        })
+    }
+}
+
+/// A cell in which the surface is looked for, in its own coordinates.
+struct InCell<'a> {
+    partners: &'a Partners<'a>,
+    cell: USizeVec3,
+    f: Trilinear,
+    target: DVec3,
+    /// What the gradient must not point against.
+    facing: Option<DVec3>,
+}
+
+impl InCell<'_> {
+    /// What of a part of the cell can hold something nearer than `best`, as far as the surface's and its gradient's signs tell.
+    fn left(&self, part: Part, best: &Best) -> Option<Part> {
+        let part = part.within(self.target, self.partners.reach_per_mm * best.square.sqrt())?;
+        if self.partners.square_to(part, self.target) >= best.square {
+            return None;
+        }
+        let ends = part.ends(|u| self.f.value(u));
+        let is_facing = || self.facing.is_none_or(|facing| part.ends(|u| self.f.gradient(u).dot(facing))[1] > 0.0);
+        (ends[0] <= 0.0 && ends[1] >= 0.0 && is_facing()).then_some(part)
+    }
+
+    /// Takes the nearest point of a part of the cell, if one step after the other leads to it; whether nothing in it is nearer than `best` now.
+    fn attempt(&self, part: Part, best: &mut Best) -> bool {
+        let Some(part) = self.left(part, best) else { return true };
+        let metric = &self.partners.metric;
+        let Some(found) = stationary(&self.f, part, self.target, metric) else { return false };
+        let away = found.point - self.target;
+        let square = away.dot(*metric * away);
+        let is_nearer = square < best.square;
+        let is_taken = is_nearer && self.is_wanted(&found, square);
+        if is_taken {
+            (best.square, best.found) = (square, Some((self.cell, found.point)));
+        }
+        (is_taken || !is_nearer) && found.is_nearest_in(&self.f, part, metric)
+    }
+
+    /// Looks for something nearer than `best` in a part of the cell until there is nothing.
+    fn search(&self, part: Part, best: &mut Best) {
+        if best.parts_left == 0 || self.attempt(part, best) {
+            return;
+        }
+        best.parts_left -= 1;
+        let Some(part) = self.left(part, best) else { return };
+        let metric = &self.partners.metric;
+        let is_empty = self.facing.is_some() && has_no_foot(&self.f, part, self.target, metric);
+        if is_empty || (part.high - part.low).max_element() < SMALLEST_VOXEL {
+            return;
+        }
+        for half in part.halves(metric, self.target) {
+            self.search(half, best);
+        }
+    }
+
+    fn is_wanted(&self, found: &Stationary, square: f64) -> bool {
+        let Some(facing) = self.facing else { return true };
+        self.f.gradient(found.point).dot(facing) > 0.0 && self.is_foot(found, square)
+    }
+
+    /// Whether the surface goes on from there, and is nowhere nearer around. On a face, an edge or a corner of the cell that depends on what it
+    /// does in those beside it.
+    fn is_foot(&self, found: &Stationary, square: f64) -> bool {
+        let cells = self.partners.surface.grid.cells();
+        // Steps to the cells beside: none, or one over the end that holds the point.
+        let step = |a: usize| match found.pull[a] {
+            0.0 => Some(0),
+            _ if found.point[a] <= 0.0 => Some(-1),
+            _ if found.point[a] >= 1.0 => Some(1),
+            // An end of a part within the cell: it is nearer on the other side.
+            _ => None,
+        };
+        let [Some(x), Some(y), Some(z)] = [0, 1, 2].map(step) else { return false };
+        let steps = [x, y, z];
+        (1..8).all(|corner| {
+            let over = |a: usize| corner >> a & 1 == 1;
+            if (0..3).any(|a| over(a) && steps[a] == 0) {
+                return true;
+            }
+            let offset = DVec3::from([0, 1, 2].map(|a| if over(a) { f64::from(steps[a]) } else { 0.0 }));
+            let cell = self.cell.as_dvec3() + offset;
+            if (0..3).any(|a| cell[a] < 0.0 || cell[a] >= cells[a] as f64) {
+                return false;
+            }
+            let f = Trilinear::of(&corners(self.partners.surface, cell.as_usizevec3()));
+            let Some(part) = Part::CELL.within(found.point - offset, DVec3::splat(BESIDE_VOXEL)) else { return true };
+            stationary(&f, part, self.target - offset, &self.partners.metric).is_none_or(|other| {
+                let away = other.point - (self.target - offset);
+                away.dot(self.partners.metric * away) >= square * (1.0 - NEARER)
+            })
+        })
+    }
+}
