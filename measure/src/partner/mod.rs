@@ -7,7 +7,7 @@ use bregma_field::interpolant::{corners, depth_at};
 use bregma_field::{Cancelled, IndexPoint, Progress, Surface, WorldPoint};
 use glam::{DMat3, DVec3, USizeVec3};
 use patch::{Part, Stationary, Trilinear, has_no_foot, stationary};
-use tree::{Passed, Tree};
+use tree::Tree;
 
 /// A surface, made ready to be asked for the points that are nearest to others.
 #[derive(Debug)]
@@ -31,6 +31,8 @@ pub struct Partner {
     pub normal: DVec3,
     /// How far it is away, mm.
     pub distance_mm: f64,
+    /// The cell of its scan in which it was found, by its lowest sample.
+    pub cell: USizeVec3,
 }
 
 /// What is asked for.
@@ -55,6 +57,8 @@ struct Best {
 /// As many parts of cells as a point may cost: where more are undecided, as at the centre of a ball, all of their points are equally far but for
 /// what is not told apart, and the best of them is taken.
 const MOST_PARTS: u32 = 20_000;
+/// Cells through which a hint is followed downhill: beyond a few it leads nowhere near.
+const MOST_CELLS_WALKED: usize = 8;
 /// Parts of a cell that are smaller are not halved again, voxels: what they could add to a distance is below 1e-6 voxel.
 const SMALLEST_VOXEL: f64 = 1e-6;
 /// How far into the neighbouring cells a foot on a cell's face is looked for something nearer, voxels.
@@ -77,9 +81,10 @@ impl<'a> Partners<'a> {
         Ok(Self { surface, tree: Tree::of(surface, progress)?, metric, reach_per_mm, is_sheared })
     }
 
-    /// The point of the surface that is nearest to `point`, within `reach_mm`: the distance to it is right to 1e-6 voxel.
-    pub fn closest(&self, point: WorldPoint, reach_mm: f64) -> Option<Partner> {
-        self.search(point, Wanted::Closest, reach_mm)
+    /// The point of the surface that is nearest to `point`, within `reach_mm`: the distance to it is right to 1e-6 voxel. `hint`, that of a point
+    /// beside this one, makes it quicker and changes nothing.
+    pub fn closest(&self, point: WorldPoint, reach_mm: f64, hint: Option<&Partner>) -> Option<Partner> {
+        self.search(point, Wanted::Closest, reach_mm, hint)
     }
 
     /// The partner of `point`, whose own surface has the outward unit `normal` there: of the places where the distance to this surface is least
@@ -91,8 +96,10 @@ impl<'a> Partners<'a> {
     ///         ╎                           but faces the other way
     ///    ─────┴─────▶  partner
     /// ```
-    pub fn facing(&self, point: WorldPoint, normal: DVec3, reach_mm: f64) -> Option<Partner> {
-        self.search(point, Wanted::Facing(normal), reach_mm)
+    ///
+    /// `hint` as for [`closest`](Self::closest).
+    pub fn facing(&self, point: WorldPoint, normal: DVec3, reach_mm: f64, hint: Option<&Partner>) -> Option<Partner> {
+        self.search(point, Wanted::Facing(normal), reach_mm, hint)
     }
 
     /// Whether the surface's own value says that `point` is in its bone; `None` outside the scan's box.
@@ -100,14 +107,20 @@ impl<'a> Partners<'a> {
         depth_at(self.surface, point).map(|(depth, _)| depth >= 0.0)
     }
 
-    /// The square of the distance of a point to a part of a cell, or less; mm².
-    fn square_to(&self, part: Part, target: DVec3) -> f64 {
+    /// What of a part of a cell can lie in the ball of radius² `square` (mm²) about a point.
+    fn within(&self, part: Part, target: DVec3, square: f64) -> Option<Part> {
         let beyond = (part.low - target).max(target - part.high).max(DVec3::ZERO);
-        // Of a sheared grid that is the distance to one face, as it lies.
-        if self.is_sheared { (beyond / self.reach_per_mm).max_element().powi(2) } else { beyond.dot(self.metric * beyond) }
+        if self.is_sheared {
+            return part.within(target, self.reach_per_mm * square.sqrt());
+        }
+        // What the ball reaches along an axis, as far off as the part is along the others.
+        let steps = DVec3::new(self.metric.x_axis.x, self.metric.y_axis.y, self.metric.z_axis.z);
+        let squares = beyond * beyond * steps;
+        let reach = (square - (squares.element_sum() - squares)).max(DVec3::ZERO) / steps;
+        part.within(target, reach.map(f64::sqrt))
     }
 
-    fn search(&self, point: WorldPoint, wanted: Wanted, reach_mm: f64) -> Option<Partner> {
+    fn search(&self, point: WorldPoint, wanted: Wanted, reach_mm: f64, hint: Option<&Partner>) -> Option<Partner> {
         let IndexPoint(at) = self.surface.grid.index(point);
         let facing = match wanted {
             Wanted::Closest => None,
@@ -115,16 +128,26 @@ impl<'a> Partners<'a> {
             Wanted::Facing(normal) => Some(-(self.surface.grid.world_to_index().matrix3 * normal)),
         };
         let mut best = Best { square: reach_mm * reach_mm, found: None, parts_left: MOST_PARTS };
-        let in_cell = |passed: &Passed| InCell { partners: self, cell: passed.cell, f: Trilinear::of(&passed.f), target: at - passed.cell.as_dvec3(), facing };
-        // A first round takes what the first attempt in each cell finds; the second proves that nothing is nearer, which costs little then.
-        self.tree.near(at, reach_mm, |passed| {
-            in_cell(passed).attempt(Part::CELL, &mut best);
-            best.square.sqrt()
-        });
+        let in_cell = |cell: USizeVec3, f: &[f64; 8]| {
+            let f = Trilinear::of(f);
+            InCell { partners: self, cell, f, target: at - cell.as_dvec3(), facing: facing.map(|step| f.along(step)) }
+        };
+        if let Some(hint) = hint {
+            let mut cell = Some(hint.cell);
+            for _ in 0..MOST_CELLS_WALKED {
+                let Some(here) = cell else { break };
+                cell = in_cell(here, &corners(self.surface, here)).walk(&mut best);
+            }
+        }
+        // What one attempt in a cell leaves open is looked at when all cells had theirs: the best is near then, and little is left.
+        let mut open = vec![];
         self.tree.near(at, best.square.sqrt(), |passed| {
-            in_cell(passed).search(Part::CELL, &mut best);
+            if !in_cell(passed.cell, &passed.f).attempt(Part::CELL, &mut best) {
+                open.push(*passed);
+            }
             best.square.sqrt()
         });
+        open.iter().for_each(|passed| in_cell(passed.cell, &passed.f).search(Part::CELL, &mut best));
         let (cell, local) = best.found?;
         let gradient = self.surface.grid.world_to_index().matrix3.transpose() * Trilinear::of(&corners(self.surface, cell)).gradient(local);
         let found = cell.as_dvec3() + local;
@@ -133,6 +156,7 @@ impl<'a> Partners<'a> {
             point: self.surface.grid.world(IndexPoint(found)),
             normal: -gradient.normalize_or_zero(),
             distance_mm: if is_here { 0.0 } else { best.square.sqrt() },
+            cell,
         })
     }
 }
@@ -143,19 +167,16 @@ struct InCell<'a> {
     cell: USizeVec3,
     f: Trilinear,
     target: DVec3,
-    /// What the gradient must not point against.
-    facing: Option<DVec3>,
+    /// What must be positive where the surface faces the right way.
+    facing: Option<Trilinear>,
 }
 
 impl InCell<'_> {
     /// What of a part of the cell can hold something nearer than `best`, as far as the surface's and its gradient's signs tell.
     fn left(&self, part: Part, best: &Best) -> Option<Part> {
-        let part = part.within(self.target, self.partners.reach_per_mm * best.square.sqrt())?;
-        if self.partners.square_to(part, self.target) >= best.square {
-            return None;
-        }
-        let ends = part.ends(|u| self.f.value(u));
-        let is_facing = || self.facing.is_none_or(|facing| part.ends(|u| self.f.gradient(u).dot(facing))[1] > 0.0);
+        let part = self.partners.within(part, self.target, best.square)?;
+        let ends = self.f.ends(part);
+        let is_facing = || self.facing.is_none_or(|facing| facing.ends(part)[1] > 0.0);
         (ends[0] <= 0.0 && ends[1] >= 0.0 && is_facing()).then_some(part)
     }
 
@@ -164,14 +185,32 @@ impl InCell<'_> {
         let Some(part) = self.left(part, best) else { return true };
         let metric = &self.partners.metric;
         let Some(found) = stationary(&self.f, part, self.target, metric) else { return false };
+        let [is_nearer, is_taken] = self.take(&found, best);
+        let slides_out = || self.facing.is_some_and(|facing| facing.value(found.point) > 0.0);
+        (is_taken || !is_nearer || slides_out()) && found.is_nearest_in(&self.f, part, metric)
+    }
+
+    /// Goes downhill: takes the nearest point of the cell if that is wanted; where it lies on a face, the cell behind that is the next.
+    fn walk(&self, best: &mut Best) -> Option<USizeVec3> {
+        let found = stationary(&self.f, Part::CELL, self.target, &self.partners.metric)?;
+        self.take(&found, best);
+        let over = |u: f64| if u <= 0.0 { -1.0 } else { f64::from(u >= 1.0) };
+        let next = self.cell.as_dvec3() + found.point.map(over);
+        let cells = USizeVec3::from(self.partners.surface.grid.cells()).as_dvec3();
+        let is_in = next.cmpge(DVec3::ZERO).all() && next.cmplt(cells).all();
+        (is_in && next != self.cell.as_dvec3()).then(|| next.as_usizevec3())
+    }
+
+    /// Takes a point if it is nearer and wanted: whether it is nearer, and whether it was taken.
+    fn take(&self, found: &Stationary, best: &mut Best) -> [bool; 2] {
         let away = found.point - self.target;
-        let square = away.dot(*metric * away);
+        let square = away.dot(self.partners.metric * away);
         let is_nearer = square < best.square;
-        let is_taken = is_nearer && self.is_wanted(&found, square);
+        let is_taken = is_nearer && self.is_wanted(found, square);
         if is_taken {
             (best.square, best.found) = (square, Some((self.cell, found.point)));
         }
-        (is_taken || !is_nearer) && found.is_nearest_in(&self.f, part, metric)
+        [is_nearer, is_taken]
     }
 
     /// Looks for something nearer than `best` in a part of the cell until there is nothing.
@@ -192,20 +231,19 @@ impl InCell<'_> {
     }
 
     fn is_wanted(&self, found: &Stationary, square: f64) -> bool {
-        let Some(facing) = self.facing else { return true };
-        self.f.gradient(found.point).dot(facing) > 0.0 && self.is_foot(found, square)
+        self.facing.is_none_or(|facing| facing.value(found.point) > 0.0 && self.is_foot(found, square))
     }
 
     /// Whether the surface goes on from there, and is nowhere nearer around. On a face, an edge or a corner of the cell that depends on what it
     /// does in those beside it.
     fn is_foot(&self, found: &Stationary, square: f64) -> bool {
         let cells = self.partners.surface.grid.cells();
-        // Steps to the cells beside: none, or one over the end that holds the point.
-        let step = |a: usize| match found.pull[a] {
-            0.0 => Some(0),
-            _ if found.point[a] <= 0.0 => Some(-1),
-            _ if found.point[a] >= 1.0 => Some(1),
-            // An end of a part within the cell: it is nearer on the other side.
+        // Steps to the cells beside: none, or one over the face that the point lies on.
+        let step = |a: usize| match found.point[a] {
+            u if u <= ON_SURFACE_VOXEL => Some(-1),
+            u if u >= 1.0 - ON_SURFACE_VOXEL => Some(1),
+            _ if found.pull[a] == 0.0 => Some(0),
+            // An end of a part within the cell holds it: it is nearer on the other side.
             _ => None,
         };
         let [Some(x), Some(y), Some(z)] = [0, 1, 2].map(step) else { return false };

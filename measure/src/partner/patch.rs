@@ -33,6 +33,44 @@ impl Trilinear {
         )
     }
 
+    /// How it changes along `step`, which is linear along each axis, too.
+    pub fn along(&self, step: DVec3) -> Self {
+        let [_, x, y, z, xy, yz, zx, xyz] = self.0;
+        Self([
+            step.dot(DVec3::new(x, y, z)),
+            step.y * xy + step.z * zx,
+            step.x * xy + step.z * yz,
+            step.x * zx + step.y * yz,
+            step.z * xyz,
+            step.x * xyz,
+            step.y * xyz,
+            0.0,
+        ])
+    }
+
+    /// Its values at the corners of a part of the cell.
+    fn corners(&self, part: Part) -> [f64; 8] {
+        let a = &self.0;
+        let mut values = [0.0; 8];
+        for n in 0..4 {
+            let (y, z) = (if n & 1 == 1 { part.high.y } else { part.low.y }, if n & 2 == 2 { part.high.z } else { part.low.z });
+            let at = a[0] + a[2] * y + a[3] * z + a[5] * y * z;
+            let per_x = a[1] + a[4] * y + a[6] * z + a[7] * y * z;
+            (values[2 * n], values[2 * n + 1]) = (at + per_x * part.low.x, at + per_x * part.high.x);
+        }
+        values
+    }
+
+    /// Its least and its greatest value in a part of the cell: those at its corners.
+    pub fn ends(&self, part: Part) -> [f64; 2] {
+        let values = self.corners(part);
+        let (mut low, mut high) = (values[0], values[0]);
+        for v in values {
+            (low, high) = (low.min(v), high.max(v));
+        }
+        [low, high]
+    }
+
     /// Its second derivatives by x and y, y and z, z and x; those by one axis alone are 0.
     fn mixed(&self, u: DVec3) -> DVec3 {
         let a = &self.0;
@@ -57,12 +95,6 @@ impl Part {
         part.low.cmple(part.high).all().then_some(part)
     }
 
-    /// The least and the greatest value at its corners: those in all of it, of what is linear along each axis.
-    pub fn ends(self, value: impl Fn(DVec3) -> f64) -> [f64; 2] {
-        let corner = |c: usize| DVec3::select(glam::BVec3::new(c & 1 == 1, c & 2 == 2, c & 4 == 4), self.high, self.low);
-        (0..8).map(|c| value(corner(c))).fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
-    }
-
     /// Its two halves across the axis of which it holds most, by the metric; the one nearer to `target` first.
     pub fn halves(self, metric: &DMat3, target: DVec3) -> [Self; 2] {
         let size = (self.high - self.low) * DVec3::new(metric.x_axis.x, metric.y_axis.y, metric.z_axis.z).map(f64::sqrt);
@@ -78,8 +110,12 @@ impl Part {
 /// nor on one of its faces, where they would be so in the face, nor at one of its edges, which the surface would have to cross. By the ends
 /// (interval arithmetic) of (G(u − t)) × ∇f in the part.
 pub(super) fn has_no_foot(f: &Trilinear, part: Part, target: DVec3, metric: &DMat3) -> bool {
-    let away: [[f64; 2]; 3] = [0, 1, 2].map(|a| part.ends(|u| metric.col(a).dot(u - target)));
-    let slope: [[f64; 2]; 3] = [0, 1, 2].map(|a| part.ends(|u| f.gradient(u)[a]));
+    let away = [0, 1, 2].map(|a| {
+        let (middle, half) = (0.5 * (part.low + part.high), 0.5 * (part.high - part.low));
+        let (at, around) = (metric.col(a).dot(middle - target), metric.col(a).abs().dot(half));
+        [at - around, at + around]
+    });
+    let slope = DMat3::IDENTITY.to_cols_array_2d().map(|axis| f.along(axis.into()).ends(part));
     let is_turned = [0, 1, 2].map(|a| {
         let (b, c) = ((a + 1) % 3, (a + 2) % 3);
         let ([low, high], [less, more]) = (product(away[b], slope[c]), product(away[c], slope[b]));
@@ -167,7 +203,7 @@ impl OnSurface {
     /// Of the points where the surface crosses the part's edges, the nearest.
     fn begin(f: &Trilinear, part: Part, target: DVec3, metric: &DMat3) -> Option<Self> {
         let corner = |c: usize| DVec3::select(glam::BVec3::new(c & 1 == 1, c & 2 == 2, c & 4 == 4), part.high, part.low);
-        let values: [f64; 8] = std::array::from_fn(|c| f.value(corner(c)));
+        let values = f.corners(part);
         let mut best: Option<Self> = None;
         for c in 0..8_usize {
             for axis in 0..3 {
@@ -354,6 +390,13 @@ mod tests {
             let trilinear = Trilinear::of(&f);
             assert!((trilinear.value(u) - interpolant::value(&f, u)).abs() < 1e-14);
             assert!(trilinear.gradient(u).distance(interpolant::gradient(&f, u)) < 1e-14);
+            let step = DVec3::from_array(std::array::from_fn(|_| random.unit()));
+            assert!((trilinear.along(step).value(u) - trilinear.gradient(u).dot(step)).abs() < 1e-14);
+            let ends = trilinear.ends(Part { low: u, high: DVec3::ONE });
+            assert!((0..20).all(|_| {
+                let v = u.lerp(DVec3::ONE, random.unit());
+                (ends[0] - 1e-14..=ends[1] + 1e-14).contains(&trilinear.value(v))
+            }));
         }
     }
 

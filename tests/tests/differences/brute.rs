@@ -96,10 +96,9 @@ impl<'a> Brute<'a> {
         found
     }
 
-    /// The nearest place that is reached from `from` by going nearer.
-    pub fn descended(&self, from: Tried) -> Tried {
+    /// The nearest place that is reached from `from` by going nearer, in steps of up to `half` a voxel: larger ones leap to other sheets.
+    pub fn descended(&self, from: Tried, mut half: f64) -> Tried {
         let mut best = from;
-        let mut half = 0.25;
         while half > 1e-10 {
             let nearest = self.around(best.point, half).into_iter().min_by(|a, b| a.square.total_cmp(&b.square));
             match nearest {
@@ -156,7 +155,7 @@ impl<'a> Brute<'a> {
             if all[..n].iter().rev().take(4000).any(|other| (other.point - from.point).abs().max_element() < 0.25) {
                 continue;
             }
-            let foot = self.descended(*from);
+            let foot = self.descended(*from, 0.25);
             let is_better = best.is_none_or(|b| foot.square < b.square);
             if is_better && self.faces(foot.point, normal) && !self.is_at_edge(foot.point) {
                 best = Some(foot);

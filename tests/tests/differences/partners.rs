@@ -2,9 +2,9 @@
 
 use super::brute::Brute;
 use super::*;
-use bregma_field::{Progress, WorldPoint, formats};
+use bregma_field::{Progress, WorldPoint, formats, read_transform};
 use bregma_measure::mesh::Mesh;
-use bregma_measure::partner::Partners;
+use bregma_measure::partner::{Partner, Partners};
 use bregma_synthetic::{Which, skull};
 use bregma_tests::{data, volume};
 use rayon::prelude::*;
@@ -60,11 +60,11 @@ fn compare(pair: &Pair, count: usize) -> Found {
         let (point, normal) = (WorldPoint(mesh.vertices[n]), mesh.normals[n]);
         let brute = Brute::new(&pair.b, point);
         let mut found = Found { points: 1, ..Found::default() };
-        let closest = partners.closest(point, reach_mm);
+        let closest = partners.closest(point, reach_mm, None);
         let tried = brute.all_within(closest.map_or(reach_mm, |c| c.distance_mm + voxel_mm));
         match (closest, tried.first()) {
             (Some(closest), Some(first)) => {
-                let near = tried.iter().take(40).map(|from| brute.descended(*from).square).fold(first.square, f64::min).sqrt();
+                let near = tried.iter().take(40).map(|from| brute.descended(*from, 0.25).square).fold(first.square, f64::min).sqrt();
                 found.closest_off = (closest.distance_mm - near).abs() / voxel_mm;
                 if found.closest_off > 1e-6 {
                     println!("{}: point {n} at {point:?}: closest {closest:?}, tried {near}", pair.name);
@@ -79,13 +79,14 @@ fn compare(pair: &Pair, count: usize) -> Found {
             _ => found.closest_missed = 1,
         }
         // The partner is a foot that faces the right way, since going downhill from it leads nowhere, and none that was tried is nearer.
-        let partner = partners.facing(point, normal, reach_mm);
+        let partner = partners.facing(point, normal, reach_mm, None);
         let tried = brute.partner(normal, partner.map_or(reach_mm, |p| p.distance_mm)).map(|near| near.square.sqrt());
         if let Some(partner) = partner {
             let at = pair.b.grid.index(partner.point).0;
-            let foot = brute.descended(brute.tried(at));
+            let foot = brute.descended(brute.tried(at), 1e-3);
             found.with_partner = 1;
             found.partner_off = (partner.distance_mm - foot.square.sqrt()).abs() / voxel_mm;
+            if found.partner_off > 1e-6 { println!("{:?} at {at} to {:?}: {} {}", partner, foot.point, foot.square.sqrt(), brute.faces(at, normal)); }
             found.partner_wrong = usize::from(!brute.faces(at, normal) || brute.is_at_edge(at) || found.partner_off > 1e-6);
         }
         if tried.is_some_and(|near| partner.is_none_or(|p| p.distance_mm - near > 1e-6 * voxel_mm)) {
@@ -144,7 +145,9 @@ fn partners_cost() {
                 let file = folder.join("mouse").join(format!("{name}.nii.gz"));
                 Arc::new(formats::open(&file, &Default::default(), &Progress::default()).unwrap())
             });
-            Pair { name: "mice", a: surface(&a, 70.0), b: surface(&b, 70.0) }
+            let poses = folder.join("mouse/rigid_from_landmarks.json");
+            let pose = read_transform(&poses, "C57BL6_J_", &["DBA_2J_"]).unwrap().transform;
+            Pair { name: "mice", a: Surface::new(&a, 70.0, pose).unwrap(), b: surface(&b, 70.0) }
         }
         None => demo_pair(256),
     };
@@ -152,15 +155,23 @@ fn partners_cost() {
     let (begun, cpu) = (Instant::now(), cpu_seconds());
     let partners = Partners::of(&pair.b, &Progress::default()).unwrap();
     let made = (begun.elapsed().as_secs_f64(), cpu_seconds() - cpu);
-    for (what, reach_mm) in [("closest", 20.0), ("facing", 1.5)] {
+    for (what, reach_mm) in [("facing", 1.5), ("closest", 20.0)] {
         let (begun, cpu) = (Instant::now(), cpu_seconds());
         let found: usize = (0..mesh.vertices.len())
             .into_par_iter()
-            .filter(|n| {
-                let point = WorldPoint(mesh.vertices[*n]);
-                if what == "closest" { partners.closest(point, reach_mm).is_some() } else { partners.facing(point, mesh.normals[*n], reach_mm).is_some() }
-            })
-            .count();
+            .fold(
+                || (0, None),
+                |(count, before): (usize, Option<Partner>), n| {
+                    let (point, normal) = (WorldPoint(mesh.vertices[n]), mesh.normals[n]);
+                    let found = match what {
+                        "closest" => partners.closest(point, reach_mm, before.as_ref()),
+                        _ => partners.facing(point, normal, reach_mm, before.as_ref()),
+                    };
+                    (count + usize::from(found.is_some()), found.or(before))
+                },
+            )
+            .map(|(count, _)| count)
+            .sum();
         println!(
             "{}, {what}: {} points, {found} found, {:.2} s, {:.2} CPU s; made ready in {:.2} s, {:.2} CPU s",
             pair.name, mesh.vertices.len(), begun.elapsed().as_secs_f64(), cpu_seconds() - cpu, made.0, made.1
