@@ -1,7 +1,7 @@
 //! What is read off scans: the difference ray, its lengths and their errors.
 
 pub mod csv;
-mod difference;
+pub mod difference;
 mod edge;
 pub mod export;
 pub mod landmarks;
@@ -10,6 +10,7 @@ pub mod numbers;
 pub mod partner;
 mod probe;
 mod record;
+mod stretches;
 pub mod table_style;
 pub mod thickness;
 mod threshold;
@@ -20,4 +21,4 @@ pub use edge::Edge;
 pub use probe::{corrections, iso_tolerance, mirrored, probe, probe_cut};
 pub use record::{CrossingRecord, Difference, DifferenceRay, LedgerEntry, Meets, Pair, RayRecord, Segment, Shift, VolumeRecord};
 pub use threshold::unlike_thresholds;
-pub use uncertainty::Uncertainty;
+pub use uncertainty::{Registered, Uncertainty};

@@ -1,9 +1,9 @@
 //! Casting the difference ray: one ray through every volume, its crossings, its bone segments with their lengths and errors, their differences,
 //! and the ledger of who is inside where.
 
-use crate::difference::pairs;
 use crate::edge::{Edge, spacing_along_mm};
 use crate::record::{CrossingRecord, DifferenceRay, LedgerEntry, Meets, RayRecord, Segment, VolumeRecord};
+use crate::stretches::pairs;
 use crate::threshold::unlike_thresholds;
 use crate::uncertainty::{self, End, Ends, Registered};
 use bregma_field::crossings::{self, Crossing, Kind};

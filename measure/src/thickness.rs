@@ -46,7 +46,7 @@ pub fn across(surface: &Surface, point: DVec3, normal: DVec3) -> Option<Across> 
 }
 
 /// The length of the wall behind a point against its outward normal, and where that ends.
-fn inward(surface: &Surface, point: DVec3, normal: DVec3) -> Option<(f64, Crossing)> {
+pub(crate) fn inward(surface: &Surface, point: DVec3, normal: DVec3) -> Option<(f64, Crossing)> {
     let start_mm = START_VOXEL * crate::edge::spacing_along_mm(surface, normal);
     let ray = Ray::new(WorldPoint(point + start_mm * normal), -normal)?;
     let [enter, exit] = crossings::first_wall(surface, &ray)?;

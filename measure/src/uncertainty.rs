@@ -7,7 +7,7 @@
 use crate::edge::{Edge, spacing_along_mm};
 use bregma_field::crossings::Crossing;
 use bregma_field::interpolant::weighted;
-use bregma_field::{Covariance, Ray, Surface};
+use bregma_field::{Covariance, Ray, Surface, WorldPoint};
 use glam::DVec3;
 use serde::Serialize;
 use std::f64::consts::PI;
@@ -144,26 +144,60 @@ pub fn of_ends(surface: &Surface, iso: f64, tolerance: f64, ray: &Ray, ends: [En
     let length_mm = ends[1].crossing.t_mm - ends[0].crossing.t_mm;
     let boundaries = || ends.iter().filter(|end| end.is_boundary());
     let wall_mm = length_mm * boundaries().map(|end| end.cosine(ray)).fold(1.0, f64::min);
-    let slice_off = slice_off_mm(surface);
-    let of_end = |end: &End<'_>, into: f64| {
-        // Moving the scan by v moves an end by v·n/(n·d).
-        let moved = if end.crossing.at_origin { DVec3::ZERO } else { into * end.normal() / end.normal().dot(ray.direction) };
-        let turned_mm = ray.at(end.crossing.t_mm).0.cross(moved);
-        let (slice_mm, slice) = (moved.dot(slice_off), end.crossing.point.0.z);
-        let at_cut = EndError { root_mm: end.crossing.error_mm, slice_mm, slice, moved, turned_mm, ..EndError::default() };
-        if !end.is_boundary() {
-            return at_cut;
+    [(&ends[0], 1.0), (&ends[1], -1.0)].map(|(end, into)| of_end(surface, iso, tolerance, ray, wall_mm, end, into))
+}
+
+/// What is known of one end: where the ray goes `into` the bone (1) or out of it (−1) through a wall of `wall_mm`.
+pub fn of_end(surface: &Surface, iso: f64, tolerance: f64, ray: &Ray, wall_mm: f64, end: &End<'_>, into: f64) -> EndError {
+    // Moving the scan by v moves an end by v·n/(n·d).
+    let moved = if end.crossing.at_origin { DVec3::ZERO } else { into * end.normal() / end.normal().dot(ray.direction) };
+    let turned_mm = ray.at(end.crossing.t_mm).0.cross(moved);
+    let (slice_mm, slice) = (moved.dot(slice_off_mm(surface)), end.crossing.point.0.z);
+    let at_cut = EndError { root_mm: end.crossing.error_mm, slice_mm, slice, moved, turned_mm, ..EndError::default() };
+    if !end.is_boundary() {
+        return at_cut;
+    }
+    EndError {
+        is_boundary: true,
+        threshold_mm: tolerance / end.slope(surface, iso, ray),
+        noise_mm: end.edge.map_or(0.0, |edge| noise_mm(end, edge, surface, iso, ray)),
+        sampling_mm: sampling_mm(end, surface, iso, ray),
+        blur_mm: end.shift_mm(wall_mm) / end.cosine(ray),
+        ..at_cut
+    }
+}
+
+impl EndError {
+    /// What is known of another place nearby, where this is of a ray against its own normal: where the ray of `direction` goes `into` the bone
+    /// (1) or out of it (−1) at `point` with its outward `normal` (world).
+    pub fn nearby(&self, surface: &Surface, point: DVec3, normal: DVec3, direction: DVec3, into: f64) -> Self {
+        let along = normal.dot(direction);
+        let moved = into * normal / along;
+        let oblique = 1.0 / along.abs();
+        Self {
+            threshold_mm: self.threshold_mm * oblique,
+            noise_mm: self.noise_mm * oblique,
+            sampling_mm: self.sampling_mm * oblique,
+            blur_mm: self.blur_mm * oblique,
+            slice_mm: moved.dot(slice_off_mm(surface)),
+            slice: surface.grid.index(WorldPoint(point)).0.z,
+            moved,
+            turned_mm: point.cross(moved),
+            ..*self
         }
-        EndError {
-            is_boundary: true,
-            threshold_mm: tolerance / end.slope(surface, iso, ray),
-            noise_mm: end.edge.map_or(0.0, |edge| noise_mm(end, edge, surface, iso, ray)),
-            sampling_mm: sampling_mm(end, surface, iso, ray),
-            blur_mm: end.shift_mm(wall_mm) / end.cosine(ray),
-            ..at_cut
-        }
-    };
-    [of_end(&ends[0], 1.0), of_end(&ends[1], -1.0)]
+    }
+
+    /// What many have in common, each with its weight (their sum is 1): noise and the places of the samples, by which each errs by itself,
+    /// leave nothing.
+    pub fn common(all: impl Iterator<Item = (Self, f64)>) -> Self {
+        all.fold(Self { is_boundary: true, ..Self::default() }, |sum, (end, weight)| Self {
+            threshold_mm: sum.threshold_mm + weight * end.threshold_mm,
+            blur_mm: sum.blur_mm + weight * end.blur_mm,
+            moved: sum.moved + weight * end.moved,
+            turned_mm: sum.turned_mm + weight * end.turned_mm,
+            ..sum
+        })
+    }
 }
 
 /// What is known of how far a scan's registration is off.

@@ -89,7 +89,7 @@ impl<'a> Partners<'a> {
 
     /// The partner of `point`, whose own surface has the outward unit `normal` there: of the places where the distance to this surface is least
     /// against all around, and the surface faces the same way as at `point`, by less than a right angle, the nearest within `reach_mm`. A place
-    /// where only the scan's box ends the surface is none.
+    /// where only the scan's box ends the surface is none. A point of the surface itself is its own.
     ///
     /// ```text
     ///   point •──▶ normal                 the other side of a wall is nearer to a point in it,
@@ -99,7 +99,16 @@ impl<'a> Partners<'a> {
     ///
     /// `hint` as for [`closest`](Self::closest).
     pub fn facing(&self, point: WorldPoint, normal: DVec3, reach_mm: f64, hint: Option<&Partner>) -> Option<Partner> {
-        self.search(point, Wanted::Facing(normal), reach_mm, hint)
+        self.here(point).or_else(|| self.search(point, Wanted::Facing(normal), reach_mm, hint))
+    }
+
+    /// The point itself, where the surface passes it.
+    fn here(&self, point: WorldPoint) -> Option<Partner> {
+        let (depth, rise) = depth_at(self.surface, point)?;
+        let last = USizeVec3::from(self.surface.grid.cells()) - 1;
+        let cell = self.surface.grid.index(point).0.max(DVec3::ZERO).as_usizevec3().min(last);
+        let per_voxel = rise.length() / self.reach_per_mm.max_element();
+        (depth.abs() < ON_SURFACE_VOXEL * per_voxel).then_some(Partner { point, normal: -rise.normalize_or_zero(), distance_mm: 0.0, cell })
     }
 
     /// Whether the surface's own value says that `point` is in its bone; `None` outside the scan's box.

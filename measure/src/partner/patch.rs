@@ -259,7 +259,8 @@ impl OnSurface {
     /// went at all.
     fn go(&mut self, f: &Trilinear, part: Part, target: DVec3, metric: &DMat3, step: DVec3) -> bool {
         // An end that the step would leave at once holds it.
-        let is_out = |a: usize| self.held[a] == 0 && (step[a] > 0.0 && self.u[a] >= part.high[a] || step[a] < 0.0 && self.u[a] <= part.low[a]);
+        let is_out =
+            |a: usize| self.held[a] == 0 && (step[a] > 0.0 && self.u[a] >= part.high[a] || step[a] < 0.0 && self.u[a] <= part.low[a]);
         if let Some(axis) = (0..3).find(|a| is_out(*a)) {
             self.held[axis] = if step[axis] > 0.0 { 1 } else { -1 };
             return true;
@@ -355,7 +356,8 @@ impl Stationary {
         let most = 2.0 * (metric.x_axis.x + metric.y_axis.y + metric.z_axis.z + self.multiplier.abs() * bound.sqrt());
         [0.0, most / gradient.length_squared()].into_iter().any(|weight| {
             let taken = weight * bound * size.length_squared() / 4.0;
-            let base = *metric + DMat3::from_diagonal(held - taken)
+            let base = *metric
+                + DMat3::from_diagonal(held - taken)
                 + weight * DMat3::from_cols(gradient.x * gradient, gradient.y * gradient, gradient.z * gradient);
             (0..8).all(|c| {
                 let mixed = self.multiplier * DVec3::from([0, 1, 2].map(|a| ends[c >> a & 1][a]));
@@ -429,7 +431,8 @@ mod tests {
             }
             proved += 1;
             for _ in 0..60 {
-                let (a, b) = (DVec3::from_array(std::array::from_fn(|_| random.unit())), DVec3::from_array(std::array::from_fn(|_| random.unit())));
+                let (a, b) =
+                    (DVec3::from_array(std::array::from_fn(|_| random.unit())), DVec3::from_array(std::array::from_fn(|_| random.unit())));
                 if (f.value(a) < 0.0) == (f.value(b) < 0.0) {
                     continue;
                 }

@@ -94,7 +94,8 @@ impl Tree {
                 }
                 continue;
             }
-            let [a, b] = [2 * node + 1, 2 * node + 2].map(|n| (n, if self.nodes[n][0].x.is_finite() { square(self.nodes[n]) } else { f64::INFINITY }));
+            let [a, b] = [2 * node + 1, 2 * node + 2]
+                .map(|n| (n, if self.nodes[n][0].x.is_finite() { square(self.nodes[n]) } else { f64::INFINITY }));
             let [near, far] = if a.1 <= b.1 { [a, b] } else { [b, a] };
             for child in [far, near] {
                 waiting[count] = child;

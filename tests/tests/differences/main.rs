@@ -6,6 +6,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 mod brute;
+mod known;
 mod partners;
 
 use bregma_field::{Grid, Samples, Surface, Volume};

@@ -25,7 +25,11 @@ fn demo_pair(n: usize) -> Pair {
 /// Smooth noise of whole numbers on a grid that is sheared, anisotropic and mirrored: saddles, thin walls, values equal to the isovalue.
 fn noise(seed: u64) -> Surface {
     let dims = [24, 22, 20];
-    let axes = DMat3::from_cols(DVec3::new(-0.9, 0.1, 0.0).normalize(), DVec3::new(0.1, 0.9, 0.2).normalize(), DVec3::new(0.0, -0.35, 0.94).normalize());
+    let axes = DMat3::from_cols(
+        DVec3::new(-0.9, 0.1, 0.0).normalize(),
+        DVec3::new(0.1, 0.9, 0.2).normalize(),
+        DVec3::new(0.0, -0.35, 0.94).normalize(),
+    );
     let grid = Grid::new(dims, DVec3::new(0.45, 0.6, 1.1), DVec3::new(5.0, -7.0, 3.0), axes).unwrap();
     let mut random = Random(seed);
     let waves: Vec<(DVec3, f64)> = (0..12).map(|_| (1.4 * (unit(&mut random) - 0.5), std::f64::consts::TAU * random.unit())).collect();
@@ -86,7 +90,9 @@ fn compare(pair: &Pair, count: usize) -> Found {
             let foot = brute.descended(brute.tried(at), 1e-3);
             found.with_partner = 1;
             found.partner_off = (partner.distance_mm - foot.square.sqrt()).abs() / voxel_mm;
-            if found.partner_off > 1e-6 { println!("{:?} at {at} to {:?}: {} {}", partner, foot.point, foot.square.sqrt(), brute.faces(at, normal)); }
+            if found.partner_off > 1e-6 {
+                println!("{:?} at {at} to {:?}: {} {}", partner, foot.point, foot.square.sqrt(), brute.faces(at, normal));
+            }
             found.partner_wrong = usize::from(!brute.faces(at, normal) || brute.is_at_edge(at) || found.partner_off > 1e-6);
         }
         if tried.is_some_and(|near| partner.is_none_or(|p| p.distance_mm - near > 1e-6 * voxel_mm)) {
@@ -174,7 +180,12 @@ fn partners_cost() {
             .sum();
         println!(
             "{}, {what}: {} points, {found} found, {:.2} s, {:.2} CPU s; made ready in {:.2} s, {:.2} CPU s",
-            pair.name, mesh.vertices.len(), begun.elapsed().as_secs_f64(), cpu_seconds() - cpu, made.0, made.1
+            pair.name,
+            mesh.vertices.len(),
+            begun.elapsed().as_secs_f64(),
+            cpu_seconds() - cpu,
+            made.0,
+            made.1
         );
     }
 }
