@@ -1,5 +1,6 @@
 //! Measurements as files: difference rays as a table to read and as 3D Slicer markups; maps as CSV and PLY. Their CSV is [`crate::csv`].
 
+use crate::difference::Map;
 use crate::mesh::Mesh;
 use crate::numbers::{fixed, signed, significant};
 use crate::record::{Difference, DifferenceRay, Pair, Segment};
@@ -202,9 +203,28 @@ pub fn map_csv(mesh: &Mesh, values: &[f32]) -> String {
     out
 }
 
-/// A map as PLY 1.0, binary, little-endian (Turk 1994): vertices with normals, colours and `thickness_mm`, NaN where there is none; triangles.
-/// `notes` are comments.
+/// A map of differences as CSV: a row for each vertex that is asked for; LPS mm, with the outward normal, the difference with its ±, and what the
+/// vertex is compared with. Without a partner the last five are empty.
+pub fn difference_csv(mesh: &Mesh, map: &Map, asked: &[bool]) -> String {
+    let mut out = "x_mm,y_mm,z_mm,nx,ny,nz,difference_mm,error_mm,partner_x_mm,partner_y_mm,partner_z_mm\n".to_owned();
+    let five = |numbers: &[f64]| numbers.iter().map(|number| fixed(*number, 5)).collect::<Vec<_>>().join(",");
+    for n in (0..mesh.vertices.len()).filter(|n| asked[*n]) {
+        let (p, normal, partner) = (mesh.vertices[n], mesh.normals[n], map.partners_mm[n].as_dvec3());
+        let found = [f64::from(map.values_mm[n]), f64::from(map.errors_mm[n]), partner.x, partner.y, partner.z];
+        let found = if found[0].is_nan() { ",,,,".to_owned() } else { five(&found) };
+        out += &format!("{},{found}\n", five(&[p.x, p.y, p.z, normal.x, normal.y, normal.z]));
+    }
+    out
+}
+
+/// A map of thickness as PLY, with `thickness_mm`, NaN where there is none. `notes` are comments.
 pub fn map_ply(mesh: &Mesh, values: &[f32], notes: &[String], color: impl Fn(f32) -> [u8; 3]) -> Vec<u8> {
+    ply(mesh, notes, |vertex| color(values[vertex]), &[("thickness_mm", values)])
+}
+
+/// A surface as PLY 1.0, binary, little-endian (Turk 1994): vertices with normals, colours and the named `properties`; triangles. `notes` are
+/// comments.
+pub fn ply(mesh: &Mesh, notes: &[String], color: impl Fn(usize) -> [u8; 3], properties: &[(&str, &[f32])]) -> Vec<u8> {
     let plain = |note: &String| {
         note.chars()
             .map(|c| {
@@ -219,18 +239,19 @@ pub fn map_ply(mesh: &Mesh, values: &[f32], notes: &[String], color: impl Fn(f32
             .collect::<String>()
     };
     let notes: String = notes.iter().map(|note| format!("comment {}\n", plain(note))).collect();
+    let named: String = properties.iter().map(|(name, _)| format!("property float {name}\n")).collect();
     let header = format!(
-        "ply\nformat binary_little_endian 1.0\ncomment LPS, mm\n{notes}element vertex {}\nproperty float x\nproperty float y\nproperty float z\nproperty float nx\nproperty float ny\nproperty float nz\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nproperty float thickness_mm\nelement face {}\nproperty list uchar uint vertex_indices\nend_header\n",
+        "ply\nformat binary_little_endian 1.0\ncomment LPS, mm\n{notes}element vertex {}\nproperty float x\nproperty float y\nproperty float z\nproperty float nx\nproperty float ny\nproperty float nz\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n{named}element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
         mesh.vertices.len(),
         mesh.triangles.len()
     );
     let mut out = header.into_bytes();
-    for ((p, n), value) in mesh.vertices.iter().zip(&mesh.normals).zip(values) {
+    for (vertex, (p, n)) in mesh.vertices.iter().zip(&mesh.normals).enumerate() {
         for v in p.as_vec3().to_array().into_iter().chain(n.as_vec3().to_array()) {
             out.extend(v.to_le_bytes());
         }
-        out.extend(color(*value));
-        out.extend(value.to_le_bytes());
+        out.extend(color(vertex));
+        properties.iter().for_each(|(_, values)| out.extend(values[vertex].to_le_bytes()));
     }
     for triangle in &mesh.triangles {
         out.push(3);

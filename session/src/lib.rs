@@ -6,8 +6,13 @@
 
 mod arrange;
 pub mod chart;
+pub mod coat;
 mod compare;
 mod date;
+pub mod difference;
+
+pub mod difference_picture;
+pub mod difference_report;
 mod frame_rate;
 mod keeping;
 mod kind;

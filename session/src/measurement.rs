@@ -1,5 +1,6 @@
 //! What was measured, as sessions and exports keep it: with what it was measured on, so that anyone can measure it again.
 
+use crate::difference::RecordedDifference;
 use crate::source::Source;
 use bregma_field::WorldPoint;
 use bregma_measure::DifferenceRay;
@@ -16,6 +17,8 @@ use std::fmt;
 pub enum Measurement {
     /// A difference ray.
     Ray(Box<RecordedRay>),
+    /// How two surfaces differ.
+    Difference(Box<RecordedDifference>),
     /// What this version does not know: it is kept as it was read.
     Other(Value),
 }
@@ -142,6 +145,7 @@ impl Serialize for Measurement {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
             Self::Ray(ray) => serde_json::to_value(ray).map_err(Error::custom)?.serialize(serializer),
+            Self::Difference(difference) => serde_json::to_value(difference).map_err(Error::custom)?.serialize(serializer),
             Self::Other(value) => value.serialize(serializer),
         }
     }

@@ -43,19 +43,25 @@ pub fn write_figure(file: &Path, (rgb, width, height): (Vec<u8>, u32, u32)) -> R
     write_pixels(file, width, height, png::ColorType::Rgb, &rgb)
 }
 
+/// A figure as the bytes of a PNG.
+pub fn figure_png((rgb, width, height): &(Vec<u8>, u32, u32)) -> Result<Vec<u8>, png::EncodingError> {
+    encoded(*width, *height, png::ColorType::Rgb, rgb)
+}
+
+fn encoded(width: u32, height: u32, color: png::ColorType, pixels: &[u8]) -> Result<Vec<u8>, png::EncodingError> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(color);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(pixels)?;
+    writer.finish()?;
+    Ok(bytes)
+}
+
 fn write_pixels(file: &Path, width: u32, height: u32, color: png::ColorType, pixels: &[u8]) -> Result<(), OutputError> {
-    let encode = || -> Result<Vec<u8>, png::EncodingError> {
-        let mut bytes = Vec::new();
-        let mut encoder = png::Encoder::new(&mut bytes, width, height);
-        encoder.set_color(color);
-        encoder.set_depth(png::BitDepth::Eight);
-        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-        let mut writer = encoder.write_header()?;
-        writer.write_image_data(pixels)?;
-        writer.finish()?;
-        Ok(bytes)
-    };
-    let bytes = encode().map_err(|e| OutputError { file: file.to_owned(), reason: io::Error::other(e) })?;
+    let bytes = encoded(width, height, color, pixels).map_err(|e| OutputError { file: file.to_owned(), reason: io::Error::other(e) })?;
     write_whole(file, &bytes)
 }
 

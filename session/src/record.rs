@@ -1,6 +1,7 @@
 //! Measurements made again from what their records say.
 
 use crate::date::now;
+use crate::difference::{self, DifferenceError, RecordedDifference};
 use crate::measurement::{MeasuredScan, Measurement, Origin};
 use crate::opened::{InputError, Opened};
 use crate::source::Source;
@@ -138,6 +139,9 @@ pub enum VerifyError {
     /// A scan is another one now.
     #[error("{} is not the scan that was measured: its content differs", .0.display())]
     Changed(PathBuf),
+    /// A difference that cannot be measured any more.
+    #[error(transparent)]
+    Difference(#[from] DifferenceError),
     /// A registration that flattens a scan.
     #[error("{name}: {reason}")]
     Grid {
@@ -149,7 +153,7 @@ pub enum VerifyError {
 }
 
 /// Lengths are the same to this, mm: the last digits depend on how a compiler orders sums.
-const SAME_MM: f64 = 1e-9;
+pub(crate) const SAME_MM: f64 = 1e-9;
 
 /// The scans that were opened last to measure again, so that a file of many rays opens them only once.
 #[derive(Debug, Default)]
@@ -162,7 +166,11 @@ impl Verifier {
     /// else is to be said.
     pub fn verify(&mut self, n: usize, measurement: &Measurement, folder: &Path) -> Result<(Vec<Judged>, Vec<String>), VerifyError> {
         let unnamed = || format!("ray {n}");
-        let Measurement::Ray(recorded) = measurement else { return Err(VerifyError::NoOrigin(unnamed())) };
+        let recorded = match measurement {
+            Measurement::Ray(recorded) => recorded,
+            Measurement::Difference(recorded) => return self.verify_difference(recorded, folder),
+            Measurement::Other(_) => return Err(VerifyError::NoOrigin(unnamed())),
+        };
         let name = recorded.name.clone().unwrap_or_else(unnamed);
         let origin = recorded.made_by().ok_or_else(|| VerifyError::NoOrigin(name.clone()))?;
         let ray = recorded.ray().ok_or_else(|| VerifyError::NoRay(name.clone()))?;
@@ -173,6 +181,28 @@ impl Verifier {
         }
         let now = measure(opened, &ray, recorded.is_as_cut()).map_err(|reason| VerifyError::Grid { name: name.clone(), reason })?;
         Ok((judge(&name, &recorded.lengths_mm(), &now), notes))
+    }
+
+    /// Measures a difference of surfaces again: a judgement for each of its numbers.
+    fn verify_difference(&mut self, recorded: &RecordedDifference, folder: &Path) -> Result<(Vec<Judged>, Vec<String>), VerifyError> {
+        let name = "the difference of surfaces";
+        let origin = recorded.made_by.as_ref().ok_or_else(|| VerifyError::NoOrigin(name.into()))?;
+        let opened = self.open(origin, folder)?;
+        let order = &recorded.difference.order;
+        if order.pair.iter().any(|n| *n >= opened.volumes.len()) {
+            return Err(VerifyError::Count { measured: order.pair[0].max(order.pair[1]) + 1, there: opened.volumes.len() });
+        }
+        let now = difference::measure(opened, order, &Progress::default())?.record(None);
+        let judged = recorded.numbers().into_iter().map(|(what, was_mm)| {
+            let is = now.numbers().into_iter().find(|(other, _)| *other == what).map(|(_, is)| is);
+            let verdict = match is {
+                Some(is) if RecordedDifference::is_same(was_mm, is) => Verdict::Holds,
+                Some(is_mm) => Verdict::Differs { was_mm, is_mm },
+                None => Verdict::Gone("there is no such surface now"),
+            };
+            Judged { what: format!("{name}, {what}"), verdict }
+        });
+        Ok((judged.collect(), vec![]))
     }
 
     /// The scans of a record as they were measured.

@@ -1,9 +1,9 @@
 //! What is saved in the form that its file's name asks for.
 
+use crate::coat::Coat;
 use crate::measurement::Measurement;
 use crate::output::{OutputError, write_figure, write_png, write_whole};
-use crate::thickness::Coat;
-use crate::thickness_picture;
+use crate::thickness::ThicknessCoat;
 use bregma_measure::corrections;
 use bregma_measure::csv::{self, Made};
 use bregma_measure::export::{self, Named};
@@ -87,7 +87,7 @@ pub fn landmarks(file: &Path, points: &[Landmark], specimen: &str, made: &Made) 
 }
 
 /// Saves a map of thickness, as a table in a style.
-pub fn map(file: &Path, Coat { map, scale }: &Coat, style: TableStyle) -> Result<(), SaveError> {
+pub fn map(file: &Path, ThicknessCoat { map, scale }: &ThicknessCoat, style: TableStyle) -> Result<(), SaveError> {
     let name = lower_name(file);
     if name.ends_with(".csv") {
         Ok(write_whole(file, styled(&export::map_csv(&map.mesh, &map.values), style).as_bytes())?)
@@ -99,10 +99,9 @@ pub fn map(file: &Path, Coat { map, scale }: &Coat, style: TableStyle) -> Result
 }
 
 /// Saves a picture as PNG; one that is painted with a map, with its legend.
-pub fn picture(file: &Path, picture: &Picture, coat: Option<&Coat>) -> Result<(), SaveError> {
-    let Some(Coat { map, scale }) = coat else { return Ok(write_png(file, picture)?) };
-    let figure = thickness_picture::figure(picture, &map.title, scale, &map.statistics);
-    let figure = figure.map_err(|reason| SaveError::Legend { file: file.to_owned(), reason })?;
+pub fn picture(file: &Path, picture: &Picture, coat: Option<&dyn Coat>) -> Result<(), SaveError> {
+    let Some(coat) = coat else { return Ok(write_png(file, picture)?) };
+    let figure = coat.figure(picture).map_err(|reason| SaveError::Legend { file: file.to_owned(), reason })?;
     Ok(write_figure(file, figure)?)
 }
 

@@ -1,13 +1,15 @@
 //! How thick the bone of a scan is, over its whole surface or a patch of it.
 
+use crate::coat::{self, Coat, Figure};
 use crate::opened::Opened;
-use crate::thickness_picture::Scale;
+use crate::thickness_picture::{Scale, figure};
 use bregma_field::crossings;
 use bregma_field::{Cancelled, GridError, Progress, Volume, WorldPoint};
 use bregma_measure::mesh::Mesh;
-use bregma_measure::thickness::{self, Method, Statistics};
-use bregma_renderer::{Clip, Layer, Ray, Surface, named};
+use bregma_measure::thickness::{self, Method, Statistics, cell_at};
+use bregma_renderer::{Clip, Layer, Picture, Ray, Scene, Surface, named};
 use glam::{DAffine3, DVec3};
+use std::error::Error;
 use std::sync::Arc;
 use thiserror::Error;
 
@@ -86,11 +88,22 @@ pub struct Map {
 
 /// A map with its colours, for the picture.
 #[derive(Debug)]
-pub struct Coat {
+pub struct ThicknessCoat {
     /// The map.
     pub map: Arc<Map>,
     /// Its colours.
     pub scale: Scale,
+}
+
+impl Coat for ThicknessCoat {
+    /// Each pixel is in the colour of the cell that it shows.
+    fn paint(&self, picture: &mut Picture, scene: &Scene, through: [f64; 2]) {
+        self.map.paint(&self.scale, picture, scene, through);
+    }
+
+    fn figure(&self, picture: &Picture) -> Result<Figure, Box<dyn Error>> {
+        figure(picture, &self.map.title, &self.scale, &self.map.statistics)
+    }
 }
 
 impl Order {
@@ -124,6 +137,17 @@ impl Map {
         let index = opened.volumes.iter().position(|volume| Arc::ptr_eq(volume, &self.surface.volume))?;
         let layer = opened.scene.layers.get(index)?;
         (layer.iso == self.iso && layer.transform == self.transform).then_some(index)
+    }
+
+    /// Paints a picture in the colours of the map; see [`Coat`].
+    pub fn paint(&self, scale: &Scale, picture: &mut Picture, scene: &Scene, through: [f64; 2]) {
+        let value = |point| self.mesh.vertex_of(cell_at(&self.surface, point)).map_or(f32::NAN, |vertex| self.values[vertex as usize]);
+        let seen = coat::seen(picture, scene, through, value);
+        for (pixel, value) in picture.rgba.iter_mut().zip(seen) {
+            if let Some(value) = value {
+                coat::dye(pixel, scale.color(value));
+            }
+        }
     }
 
     /// From no thickness to what 95 % of the surface is below, mm.

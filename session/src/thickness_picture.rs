@@ -1,11 +1,10 @@
 //! A map of thickness as a picture: the surface in the colours of its values, with a legend.
 
 use crate::chart::fonts::{FONT, fonts};
-use bregma_measure::mesh::Mesh;
+use crate::coat::{Figure, beside};
 use bregma_measure::numbers::fixed;
-use bregma_measure::thickness::{Statistics, cell_at};
-use bregma_renderer::{Light, Picture, Reconstruction, Scene, Surface, named};
-use fast_srgb8::{f32_to_srgb8, srgb8_to_f32};
+use bregma_measure::thickness::Statistics;
+use bregma_renderer::{Picture, named};
 use plotters::prelude::*;
 use std::error::Error;
 
@@ -57,39 +56,11 @@ pub fn share(statistics: &Statistics, mm: f64) -> Option<f64> {
     (0.0..bins.len() as f64).contains(&bin).then(|| bins[bin as usize] / largest)
 }
 
-/// The scene that a map is painted on: the surface white, without highlights, and lit enough on all sides for its colours to be read.
-pub fn white(mut scene: Scene) -> Scene {
-    // The mesh is the interpolant's.
-    scene.reconstruction = Reconstruction::Trilinear;
-    scene.light = Light { ambient: 0.4, diffuse: 0.6, specular: 0.0, ..scene.light };
-    scene.layers.iter_mut().for_each(|layer| layer.color = bregma_renderer::Color([1.0; 3]));
-    scene
-}
-
-/// Paints `picture`, drawn of [`white`] through a point of its pixels, in the colours of the values at the vertices of the mesh of `surface`: each
-/// pixel in that of the cell that it shows.
-pub fn paint(picture: &mut Picture, scene: &Scene, [dx, dy]: [f64; 2], surface: &Surface, mesh: &Mesh, values: &[f32], scale: &Scale) {
-    let (width, height) = (picture.width, picture.height);
-    for n in 0..picture.rgba.len() {
-        if picture.volume_id[n] == 0 {
-            continue;
-        }
-        let (x, y) = (n as u32 % width, n as u32 / width);
-        let seen = scene.camera.ray(f64::from(x) + dx, f64::from(y) + dy, width, height).at(f64::from(picture.depth_mm[n]));
-        let value = mesh.vertex_of(cell_at(surface, seen)).map_or(f32::NAN, |vertex| values[vertex as usize]);
-        let color = scale.color(value);
-        for (channel, value) in picture.rgba[n].iter_mut().zip(color) {
-            // Light that falls on white, on this colour.
-            *channel = f32_to_srgb8(srgb8_to_f32(*channel) * srgb8_to_f32(value));
-        }
-    }
-}
-
 /// Width of the legend beside the picture.
 const LEGEND: u32 = 230;
 
 /// The picture with its legend and histogram as RGB pixels, and its width and height.
-pub fn figure(picture: &Picture, title: &str, scale: &Scale, statistics: &Statistics) -> Result<(Vec<u8>, u32, u32), Box<dyn Error>> {
+pub fn figure(picture: &Picture, title: &str, scale: &Scale, statistics: &Statistics) -> Result<Figure, Box<dyn Error>> {
     fonts();
     let (width, height) = (picture.width + LEGEND, picture.height.max(420));
     let mut rgb = vec![255; (width * height * 3) as usize];
@@ -127,11 +98,5 @@ pub fn figure(picture: &Picture, title: &str, scale: &Scale, statistics: &Statis
         }
         area.present()?;
     }
-    for (row, line) in picture.rgba.chunks(picture.width as usize).enumerate() {
-        let start = row * width as usize * 3;
-        for (n, [r, g, b, _]) in line.iter().enumerate() {
-            rgb[start + 3 * n..start + 3 * n + 3].copy_from_slice(&[*r, *g, *b]);
-        }
-    }
-    Ok((rgb, width, height))
+    Ok(beside(picture, rgb, width, height))
 }

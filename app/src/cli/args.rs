@@ -8,6 +8,7 @@ use super::parsers::{
 use super::sources::Sources;
 use bregma_register::Part;
 use bregma_renderer::{MOST_SAMPLES, Mode, Solver};
+use bregma_session::difference::By as DifferenceBy;
 use bregma_session::register::By;
 use bregma_session::thickness::ThicknessMethod;
 use bregma_session::thickness_picture::Colors;
@@ -87,6 +88,11 @@ pub enum Command {
         after_help = "Examples:\n  bregma thickness skull.nrrd --iso 300 --out thickness\n  bregma thickness skull.nrrd --method sphere --range 0,12 --orbit 90,10 --out thickness\n  bregma thickness skull.nrrd --method ray --direction 0,0,-1 --patch 3,-80,60,25 --out vertex"
     )]
     Thickness(ThicknessArgs),
+    /// How two scans differ over their whole surfaces, where, by how much, how sure: pictures, tables, coloured surfaces, a report
+    #[command(
+        after_help = "Examples:\n  bregma register a.nrrd b.nrrd --out a-to-b.json\n  bregma difference a.nrrd b.nrrd --transform a-to-b.json --out difference\n  bregma difference a.nrrd b.nrrd --by thickness --only 0,-80,60,40 --out frontal\n  bregma difference skull.nrrd --by asymmetry --range 2 --isolines 0.5 --out sides"
+    )]
+    Difference(Box<DifferenceArgs>),
     /// Move one scan onto another, and say how sure that is
     #[command(
         after_help = "The first scan is moved onto the second. The name of OUT says the form: .json (with how sure it is, and what it was made from, for `bregma verify`), .tfm, .txt or .h5 (ITK, 3D Slicer).\n\nExamples:\n  bregma register a.nii.gz b.nii.gz --out a-to-b.json\n  bregma register a.nii.gz b.nii.gz --landmarks a.mrk.json b.mrk.json --by landmarks --out a-to-b.tfm\n  bregma register a.nrrd b.nrrd --only 0,-80,40,60 --out face.json"
@@ -380,6 +386,51 @@ pub struct ThicknessArgs {
     #[arg(long, value_parser = one_of::<Colors>(), default_value = "viridis")]
     pub colors: Colors,
     /// Pixels of the picture
+    #[arg(long, value_name = "WxH", value_parser = size, default_value = "800x800")]
+    pub size: (u32, u32),
+    /// The camera.
+    #[command(flatten)]
+    pub camera: CameraArgs,
+}
+
+/// `bregma difference`.
+#[derive(Debug, Args)]
+pub struct DifferenceArgs {
+    /// The scans, the second against the first.
+    #[command(flatten)]
+    pub sources: Sources<2>,
+    /// Isovalues.
+    #[command(flatten)]
+    pub isovalues: Isovalues,
+    /// Folder to write into; made if it is not there
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Which difference: to the nearest place that faces the same way, to the nearest of any sheet, along the normal, of the thickness, or to the
+    /// scan's own mirror image
+    #[arg(long, value_parser = one_of::<DifferenceBy>(), default_value = "partner")]
+    pub by: DifferenceBy,
+    /// What belongs to a point is looked for so far, mm; a twentieth of the scan's radius, rounded up, when absent
+    #[arg(long, value_name = "MM")]
+    pub reach: Option<f64>,
+    /// End of the colours, mm, the other being its negative; what 95 % of the surface stays below when absent
+    #[arg(long, value_name = "MM")]
+    pub range: Option<f64>,
+    /// Lines of equal difference so far apart
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    pub isolines: Option<f64>,
+    /// Colour what lies within its ±, too, which is grey else
+    #[arg(long)]
+    pub all_colors: bool,
+    /// Only the surface within a ball (centre and radius) or a box (two opposite corners: X,Y,Z,X,Y,Z), mm; several are united
+    #[arg(long, value_name = "X,Y,Z,R", value_parser = part, allow_hyphen_values = true)]
+    pub only: Vec<Part>,
+    /// Without the surface within a ball or a box
+    #[arg(long, value_name = "X,Y,Z,R", value_parser = part, allow_hyphen_values = true)]
+    pub but: Vec<Part>,
+    /// Only what a session's cuts leave of the surfaces; distances are those of the whole bone all the same
+    #[arg(long)]
+    pub as_cut: bool,
+    /// Pixels of the pictures
     #[arg(long, value_name = "WxH", value_parser = size, default_value = "800x800")]
     pub size: (u32, u32),
     /// The camera.

@@ -7,6 +7,7 @@ use bregma_renderer::RenderError;
 use bregma_renderer::stability::StabilityError;
 use bregma_session::InputError;
 use bregma_session::chart::ChartError;
+use bregma_session::difference::DifferenceError;
 use bregma_session::looks::LookError;
 use bregma_session::output::{FolderError, OutputError};
 use bregma_session::presets::PresetError;
@@ -37,6 +38,9 @@ pub enum CommandError {
     /// The chart of speed and accuracy.
     #[error(transparent)]
     Chart(#[from] ChartError),
+    /// Two surfaces without a difference.
+    #[error(transparent)]
+    Difference(#[from] DifferenceError),
     /// A registration flattens a volume.
     #[error("the transform of a volume cannot be used: {0}")]
     Grid(#[from] GridError),

@@ -137,7 +137,7 @@ fn at(own: Side<'_>, other: Side<'_>, n: usize, by: By, reach_mm: f64, hint: &mu
     let partner = match by {
         By::Partner | By::Thickness => other.partners.facing(WorldPoint(point), normal, reach_mm, hint.as_ref())?,
         By::Closest => other.partners.closest(WorldPoint(point), reach_mm, hint.as_ref())?,
-        By::Normal => along_normal(other.surface, point, normal, reach_mm)?,
+        By::Normal => other.partners.here(WorldPoint(point)).or_else(|| along_normal(other.surface, point, normal, reach_mm))?,
     };
     *hint = Some(partner);
     let WorldPoint(there) = partner.point;

@@ -84,7 +84,7 @@ impl<'a> Partners<'a> {
     /// The point of the surface that is nearest to `point`, within `reach_mm`: the distance to it is right to 1e-6 voxel. `hint`, that of a point
     /// beside this one, makes it quicker and changes nothing.
     pub fn closest(&self, point: WorldPoint, reach_mm: f64, hint: Option<&Partner>) -> Option<Partner> {
-        self.search(point, Wanted::Closest, reach_mm, hint)
+        self.here(point).or_else(|| self.search(point, Wanted::Closest, reach_mm, hint))
     }
 
     /// The partner of `point`, whose own surface has the outward unit `normal` there: of the places where the distance to this surface is least
@@ -103,7 +103,7 @@ impl<'a> Partners<'a> {
     }
 
     /// The point itself, where the surface passes it.
-    fn here(&self, point: WorldPoint) -> Option<Partner> {
+    pub(crate) fn here(&self, point: WorldPoint) -> Option<Partner> {
         let (depth, rise) = depth_at(self.surface, point)?;
         let last = USizeVec3::from(self.surface.grid.cells()) - 1;
         let cell = self.surface.grid.index(point).0.max(DVec3::ZERO).as_usizevec3().min(last);

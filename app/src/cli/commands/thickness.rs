@@ -10,9 +10,10 @@ use bregma_measure::export;
 use bregma_measure::numbers::{fixed, significant};
 use bregma_measure::thickness::Statistics;
 use bregma_session::Machine;
+use bregma_session::coat::white;
 use bregma_session::output::{make_folder, write_figure, write_whole};
 use bregma_session::thickness::{Map, MapError, Order, ThicknessMethod};
-use bregma_session::thickness_picture::{Scale, figure, paint, white};
+use bregma_session::thickness_picture::{Scale, figure};
 use glam::DVec3;
 use serde::Serialize;
 use std::path::Path;
@@ -60,13 +61,13 @@ pub fn thickness(args: &ThicknessArgs, machine: Machine) -> Result<(), CommandEr
     if ends_mm[0] >= ends_mm[1] {
         return Err(CommandError::Usage("--range has its low end above its high end".into()));
     }
-    let Map { surface, mesh, values, statistics, .. } = &map;
+    let Map { mesh, values, statistics, .. } = &map;
     let scale = Scale { colors: args.colors, ends_mm };
     let mut scene = white(opened.scene.clone());
     scene.camera = camera(&args.camera, &opened, args.size);
     let (width, height) = args.size;
     let mut picture = machine.renderer()?.render(&opened.volumes, &scene, width, height)?;
-    paint(&mut picture, &scene, [0.0; 2], surface, mesh, values, &scale);
+    map.paint(&scale, &mut picture, &scene, [0.0; 2]);
     let unplotted = |reason| CommandError::Figure { what: "the picture".into(), reason };
     let drawn = figure(&picture, name, &scale, statistics).map_err(unplotted)?;
     let notes = corrections(volume);

@@ -35,8 +35,8 @@ use super::measured::{Tool, Work};
 use super::menu::{self, Menu};
 use super::palette::Palette;
 use bregma_renderer::{Scene, Solver};
+use bregma_session::coat::Coat;
 use bregma_session::register::apart;
-use bregma_session::thickness::Coat;
 use chart::ChartPanel;
 use egui::{Key, Modifiers, Rect, ScrollArea, Ui};
 use frame_rate::FrameRatePanel;
@@ -93,7 +93,7 @@ pub type Command = menu::Command<Panels>;
 const SCROLL_BAR: f32 = 10.0;
 
 /// A scene to draw, and the colours that are painted on its surface.
-pub type Painting = (Scene, Arc<Coat>);
+pub type Painting = (Scene, Arc<dyn Coat>);
 
 /// Where a panel stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -7,8 +7,9 @@ use super::super::measured::Work;
 use super::super::widgets::named_radio;
 use bregma_measure::thickness::Statistics;
 use bregma_renderer::{Mode, Scene};
-use bregma_session::thickness::{Coat, Map, Order, ThicknessMethod};
-use bregma_session::thickness_picture::{Colors, Scale, share, white};
+use bregma_session::coat::{Coat, white};
+use bregma_session::thickness::{Map, Order, ThicknessCoat, ThicknessMethod};
+use bregma_session::thickness_picture::{Colors, Scale, share};
 use bregma_session::{Landmark, save};
 use egui::{Align2, Color32, DragValue, FontId, Grid, Rect, Role, ScrollArea, Sense, Ui, WidgetInfo, pos2, vec2};
 use std::sync::Arc;
@@ -25,7 +26,7 @@ pub struct ThicknessPanel {
     /// Ends of the colours where they are not those of the values.
     ends_mm: Option<[f64; 2]>,
     job: Option<Job<Map>>,
-    coat: Option<Arc<Coat>>,
+    coat: Option<Arc<ThicknessCoat>>,
     /// The surface keeps its own colour though there is a map of it.
     hidden: bool,
 }
@@ -43,7 +44,7 @@ const METHODS: [(ThicknessMethod, &str, &str); 3] = [
 
 impl ThicknessPanel {
     /// The finished map with its colours.
-    pub fn coat(&self) -> Option<&Arc<Coat>> {
+    pub fn coat(&self) -> Option<&Arc<ThicknessCoat>> {
         self.coat.as_ref()
     }
 
@@ -53,7 +54,7 @@ impl ThicknessPanel {
         self.job = None;
         let map = Arc::new(result.map_err(|e| format!("The thickness was not measured: {e}"))?);
         (self.hidden, self.ends_mm) = (false, None);
-        self.coat = Some(Arc::new(Coat { scale: self.scale(&map), map }));
+        self.coat = Some(Arc::new(ThicknessCoat { scale: self.scale(&map), map }));
         Ok(())
     }
 
@@ -62,13 +63,13 @@ impl ThicknessPanel {
     }
 
     /// The scene to paint on and the coat, while the map is shown and is of what is open.
-    pub fn painting(&self, work: &Work) -> Option<(Scene, Arc<Coat>)> {
+    pub fn painting(&self, work: &Work) -> Option<(Scene, Arc<dyn Coat>)> {
         let coat = self.coat.as_ref().filter(|_| !self.hidden)?;
         let index = coat.map.index_in(&work.opened)?;
         let mut scene = white(work.opened.scene.clone());
         scene.mode = Mode::Iso;
         scene.layers.iter_mut().enumerate().for_each(|(n, layer)| layer.visible = n == index);
-        Some((scene, Arc::clone(coat)))
+        Some((scene, Arc::<ThicknessCoat>::clone(coat)))
     }
 
     /// Shows what can be measured, and what was.
@@ -87,7 +88,7 @@ impl ThicknessPanel {
     }
 
     /// What was measured.
-    fn measured(&mut self, ui: &mut Ui, bench: &mut Bench, coat: Arc<Coat>) {
+    fn measured(&mut self, ui: &mut Ui, bench: &mut Bench, coat: Arc<ThicknessCoat>) {
         let work = &bench.work;
         if coat.map.index_in(&work.opened).is_none() {
             ui.colored_label(ui.visuals().warn_fg_color, "The scan, its isovalue or its place has changed: measure again.");
@@ -106,7 +107,7 @@ impl ThicknessPanel {
     }
 
     /// The colours and their ends.
-    fn colors(&mut self, ui: &mut Ui, coat: &Coat) {
+    fn colors(&mut self, ui: &mut Ui, coat: &ThicknessCoat) {
         ui.horizontal(|ui| {
             ui.radio_value(&mut self.colors, Colors::Viridis, "Viridis");
             ui.radio_value(&mut self.colors, Colors::Cividis, "Cividis").on_hover_text("The same for people who confuse red and green");
@@ -126,7 +127,7 @@ impl ThicknessPanel {
         });
         let scale = self.scale(&coat.map);
         if scale != coat.scale {
-            self.coat = Some(Arc::new(Coat { scale, map: Arc::clone(&coat.map) }));
+            self.coat = Some(Arc::new(ThicknessCoat { scale, map: Arc::clone(&coat.map) }));
         }
     }
 
@@ -196,7 +197,7 @@ const SAVE: Ask = Ask {
 };
 
 /// The colours with their millimetres, and above them how much of the surface has each.
-fn legend(ui: &mut Ui, coat: &Coat) {
+fn legend(ui: &mut Ui, coat: &ThicknessCoat) {
     let (rect, response) = ui.allocate_exact_size(vec2(280.0, 78.0), Sense::hover());
     response.widget_info(|| WidgetInfo::labeled(Role::Image, true, "Legend of the thickness"));
     let [low, high] = coat.scale.ends_mm;

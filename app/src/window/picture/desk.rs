@@ -3,7 +3,7 @@
 use bregma_field::Volume;
 use bregma_renderer::{Backend, Picture, Scene};
 use bregma_session::Compare;
-use bregma_session::thickness::Coat;
+use bregma_session::coat::Coat;
 use egui::{Color32, ColorImage};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
@@ -18,7 +18,7 @@ pub(super) struct Wish {
     pub compare: Compare,
     /// The scans that are compared.
     pub pair: Option<[usize; 2]>,
-    pub coat: Option<Arc<Coat>>,
+    pub coat: Option<Arc<dyn Coat>>,
     /// Points of each pixel once it rests.
     pub samples: u32,
 }

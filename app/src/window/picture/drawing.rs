@@ -2,7 +2,6 @@
 
 use super::desk::{Painted, Shared, Wish, image};
 use bregma_renderer::{Backend, CpuRenderer, GpuError, Picture, RenderError, Renderer, Scene, Solver, Still, point_in_pixel};
-use bregma_session::thickness_picture::paint;
 use egui::Context;
 use std::sync::PoisonError;
 use std::time::{Duration, Instant};
@@ -145,8 +144,7 @@ impl Worker {
         let parts = parts.iter().map(|(scene, size)| self.draw(shared, wish, scene, size.map(|n| n.div_ceil(reduction)), sample));
         let mut parts = parts.collect::<Result<Vec<_>, _>>()?;
         if let (Some(coat), Some(picture)) = (&wish.coat, parts.first_mut()) {
-            let map = &coat.map;
-            paint(picture, &wish.scene, point_in_pixel(sample), &map.surface, &map.mesh, &map.values, &coat.scale);
+            coat.paint(picture, &wish.scene, point_in_pixel(sample));
         }
         Ok(parts)
     }

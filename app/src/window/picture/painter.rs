@@ -4,7 +4,7 @@ use super::desk::{Painted, Shared, Wish};
 use super::drawing::{Open, Worker};
 use bregma_field::Volume;
 use bregma_renderer::{CpuRenderer, Scene};
-use bregma_session::thickness::Coat;
+use bregma_session::coat::Coat;
 use bregma_session::{Compare, Machine, same_scans};
 use egui::Context;
 use std::sync::Arc;
@@ -49,12 +49,12 @@ impl Painter {
         scene: &Scene,
         size: [u32; 2],
         (compare, pair): (Compare, Option<[usize; 2]>),
-        coat: Option<Arc<Coat>>,
+        coat: Option<Arc<dyn Coat>>,
         resting: bool,
     ) {
         let sizes = compare.sizes(pair, size);
         let is_same = |w: &Wish| {
-            let same_coat = w.coat.as_ref().map(Arc::as_ptr) == coat.as_ref().map(Arc::as_ptr);
+            let same_coat = w.coat.as_ref().map(|c| Arc::as_ptr(c).cast::<()>()) == coat.as_ref().map(|c| Arc::as_ptr(c).cast::<()>());
             // Where the line of a swipe stands is not drawn: the pictures are put together anew.
             same_coat
                 && same_scans(&w.volumes, volumes)

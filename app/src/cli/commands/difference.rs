@@ -1,0 +1,130 @@
+//! `bregma difference`: how two scans differ over their whole surfaces.
+
+use super::render::camera;
+use crate::cli::args::DifferenceArgs;
+use crate::cli::error::CommandError;
+use crate::cli::opening::{open, require_spacing};
+use crate::cli::terminal::{print, warn, with_progress};
+use bregma_measure::export;
+use bregma_measure::numbers::{fixed, signed};
+use bregma_register::Parts;
+use bregma_renderer::Mode;
+use bregma_session::coat::{Coat, white};
+use bregma_session::difference::{By, Half, Measured, Order, measure};
+use bregma_session::difference_picture::{DifferenceCoat, Scale};
+use bregma_session::difference_report::html;
+use bregma_session::output::{figure_png, make_folder, write_whole};
+use bregma_session::{Machine, Opened, Origin};
+use std::path::Path;
+use std::sync::Arc;
+
+/// Measures how the second scan differs from the first, and writes it.
+pub fn difference(args: &DifferenceArgs, machine: Machine) -> Result<(), CommandError> {
+    let mut opened = open(&args.sources.0, &args.isovalues)?;
+    let wanted = if args.by == By::Asymmetry { 1 } else { 2 };
+    if opened.volumes.len() != wanted {
+        let count = opened.volumes.len();
+        return Err(CommandError::Usage(format!("{count} scans are named; such a difference is of {wanted}")));
+    }
+    require_spacing(&opened)?;
+    if args.range.is_some_and(|range| range <= 0.0) || args.reach.is_some_and(|reach| reach <= 0.0) {
+        return Err(CommandError::Usage("--range and --reach are lengths in mm, larger than 0".into()));
+    }
+    let order = Order {
+        by: args.by,
+        pair: [0, wanted - 1],
+        reach_mm: args.reach,
+        parts: Parts { only: args.only.clone(), but: args.but.clone() },
+        clips: if args.as_cut { opened.scene.clips.clone() } else { vec![] },
+    };
+    let measured = with_progress("measuring", |progress| measure(&opened, &order, progress))?;
+    warn(&measured.notes);
+    make_folder(&args.out)?;
+    let origin = Origin::of(&opened);
+    let measured = Arc::new(measured);
+    let range_mm = args.range.unwrap_or_else(|| measured.range_mm()).max(f64::MIN_POSITIVE);
+    let scale = Scale { range_mm, grey_within_error: !args.all_colors, isolines_mm: args.isolines };
+    let coats = [0, 1].map(|on| DifferenceCoat { measured: Arc::clone(&measured), on, scale });
+    let mut figures = vec![];
+    for (coat, name) in coats.iter().zip(["first", "second"]) {
+        let figure = drawn(&mut opened, coat, &order, args, machine)?;
+        write_whole(&args.out.join(format!("{name}.png")), &figure)?;
+        figures.push((format!("On {}. {}.", coat.half().name, measured.legend()), figure));
+        write_half(&args.out, name, coat.half(), scale, &measured)?;
+    }
+    let record = serde_json::to_string_pretty(&measured.record(origin.as_ref())).expect("a record has only numbers, texts and lists");
+    write_whole(&args.out.join("difference.json"), record.as_bytes())?;
+    write_whole(&args.out.join("report.html"), html(&measured, &figures, origin.as_ref()).as_bytes())?;
+    print(&told(&measured, &args.out))
+}
+
+/// The picture of one surface with its legend, as PNG.
+fn drawn(
+    opened: &mut Opened,
+    coat: &DifferenceCoat,
+    order: &Order,
+    args: &DifferenceArgs,
+    machine: Machine,
+) -> Result<Vec<u8>, CommandError> {
+    let mut scene = white(opened.scene.clone());
+    scene.camera = camera(&args.camera, opened, args.size);
+    scene.mode = Mode::Iso;
+    let shown = order.pair[coat.on];
+    scene.layers.iter_mut().enumerate().for_each(|(n, layer)| layer.visible = n == shown);
+    // A mirror image lies elsewhere than its scan.
+    scene.layers[shown].transform = coat.half().transform;
+    let (width, height) = args.size;
+    let mut picture = machine.renderer()?.render(&opened.volumes, &scene, width, height)?;
+    coat.paint(&mut picture, &scene, [0.0; 2]);
+    let unplotted = |reason| CommandError::Figure { what: "the picture".into(), reason };
+    let figure = coat.figure(&picture).map_err(unplotted)?;
+    figure_png(&figure).map_err(|reason| CommandError::Figure { what: "the picture".into(), reason: reason.into() })
+}
+
+/// The points of one surface, as a table and as a coloured surface.
+fn write_half(folder: &Path, name: &str, half: &Half, scale: Scale, measured: &Measured) -> Result<(), CommandError> {
+    let csv = export::difference_csv(&half.mesh, &half.map, &half.asked);
+    write_whole(&folder.join(format!("{name}.csv")), csv.as_bytes())?;
+    let (values, errors) = (&half.map.values_mm, &half.map.errors_mm);
+    let color = |n: usize| if values[n].is_nan() { [160; 3] } else { scale.color(values[n], errors[n]) };
+    let notes: Vec<String> = std::iter::once(measured.legend()).chain(measured.notes.iter().cloned()).collect();
+    let ply = export::ply(&half.mesh, &notes, color, &[("difference_mm", values), ("error_mm", errors)]);
+    Ok(write_whole(&folder.join(format!("{name}.ply")), &ply)?)
+}
+
+/// The difference in short.
+fn told(measured: &Measured, folder: &Path) -> String {
+    let mut text = format!("{}\npartners within {} mm\n", measured.legend(), fixed(measured.reach_mm, 2));
+    for half in &measured.halves {
+        let Some(s) = &half.statistics else {
+            text += &format!("on {}: no difference is known there\n", half.name);
+            continue;
+        };
+        let part = |mm2: f64| fixed(100.0 * mm2 / (s.area_mm2 + s.without_mm2), 1);
+        text += &format!(
+            "on {}\n  mean      {} ± {} mm; of magnitudes {}, root mean square {}, standard deviation {}\n  median    {} mm; 90 % of the area from {} to {}, largest {}\n  sure      {} % of {} mm² differ by more than their ±, {} % without a partner\n",
+            half.name,
+            signed(s.mean_mm, 4),
+            fixed(s.mean_uncertainty.error_mm, 4),
+            fixed(s.mean_magnitude_mm, 4),
+            fixed(s.rms_mm, 4),
+            fixed(s.deviation_mm, 4),
+            signed(s.quantiles_mm[3], 3),
+            signed(s.quantiles_mm[1], 3),
+            signed(s.quantiles_mm[5], 3),
+            signed(s.largest.difference_mm, 3),
+            fixed(100.0 * s.sure, 1),
+            fixed(s.area_mm2, 1),
+            part(s.without_mm2),
+        );
+        for e in s.extremes.iter().take(3) {
+            text += &format!(
+                "  {} ± {} mm at {}\n",
+                signed(e.difference_mm, 3),
+                fixed(e.error_mm, 3),
+                e.at_mm.to_array().map(|mm| fixed(mm, 1)).join(", ")
+            );
+        }
+    }
+    format!("{text}{}: report.html, difference.json, first and second .png, .csv, .ply\n", folder.display())
+}

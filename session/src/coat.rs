@@ -1,0 +1,57 @@
+//! Colours that a surface wears in a picture: those of a map of it.
+
+use bregma_field::WorldPoint;
+use bregma_renderer::{Light, Picture, Reconstruction, Scene};
+use fast_srgb8::{f32_to_srgb8, srgb8_to_f32};
+use std::error::Error;
+use std::fmt::Debug;
+
+/// A map with its colours, for the picture.
+pub trait Coat: Debug + Send + Sync {
+    /// Paints `picture`, drawn of [`white`] through a point of its pixels.
+    fn paint(&self, picture: &mut Picture, scene: &Scene, through: [f64; 2]);
+
+    /// The painted picture with its legend.
+    fn figure(&self, picture: &Picture) -> Result<Figure, Box<dyn Error>>;
+}
+
+/// RGB pixels, their width and their height.
+pub type Figure = (Vec<u8>, u32, u32);
+
+/// The scene that a map is painted on: the surface white, without highlights, and lit enough on all sides for its colours to be read.
+pub fn white(mut scene: Scene) -> Scene {
+    // The mesh is the interpolant's.
+    scene.reconstruction = Reconstruction::Trilinear;
+    scene.light = Light { ambient: 0.4, diffuse: 0.6, specular: 0.0, ..scene.light };
+    scene.layers.iter_mut().for_each(|layer| layer.color = bregma_renderer::Color([1.0; 3]));
+    scene
+}
+
+/// What each pixel of `picture` shows of the surface; `None` beside it.
+pub fn seen<T>(picture: &Picture, scene: &Scene, [dx, dy]: [f64; 2], what: impl Fn(WorldPoint) -> T) -> Vec<Option<T>> {
+    let (width, height) = (picture.width, picture.height);
+    let at = |n: usize| {
+        let (x, y) = (n as u32 % width, n as u32 / width);
+        let ray = scene.camera.ray(f64::from(x) + dx, f64::from(y) + dy, width, height);
+        (picture.volume_id[n] != 0).then(|| what(ray.at(f64::from(picture.depth_mm[n]))))
+    };
+    (0..picture.rgba.len()).map(at).collect()
+}
+
+/// Light that falls on white, on a colour (sRGB).
+pub fn dye(pixel: &mut [u8; 4], color: [u8; 3]) {
+    for (channel, value) in pixel.iter_mut().zip(color) {
+        *channel = f32_to_srgb8(srgb8_to_f32(*channel) * srgb8_to_f32(value));
+    }
+}
+
+/// A figure with a picture at its left, over what was drawn there.
+pub fn beside(picture: &Picture, mut rgb: Vec<u8>, width: u32, height: u32) -> Figure {
+    for (row, line) in picture.rgba.chunks(picture.width as usize).enumerate() {
+        let start = row * width as usize * 3;
+        for (n, [r, g, b, _]) in line.iter().enumerate() {
+            rgb[start + 3 * n..start + 3 * n + 3].copy_from_slice(&[*r, *g, *b]);
+        }
+    }
+    (rgb, width, height)
+}

@@ -1,0 +1,357 @@
+//! How two scans differ over their whole surfaces, or a scan from its own mirror image: what is asked for, and what came of it.
+
+use crate::measurement::Origin;
+use crate::opened::Opened;
+use crate::record::SAME_MM;
+use bregma_field::{Bounds, Volume, WorldPoint};
+use bregma_field::{Cancelled, Covariance, GridError, Progress, Surface, crossings};
+use bregma_measure::difference::{self, PointErrors, Side, Statistics};
+use bregma_measure::mesh::Mesh;
+use bregma_measure::partner::Partners;
+use bregma_measure::{Registered, corrections, iso_tolerance, mirrored, unlike_thresholds};
+use bregma_register::Parts;
+use bregma_register::orient::{OrientError, symmetry};
+use bregma_renderer::{Clip, Layer, Ray, named};
+use glam::{DAffine3, DVec3};
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+use thiserror::Error;
+
+named! {
+    /// Which difference of two surfaces.
+    #[derive(Default)]
+    pub enum By {
+        /// To the nearest place that faces the same way.
+        #[default]
+        Partner = "partner",
+        /// To the nearest place of either side of a wall.
+        Closest = "closest",
+        /// Along the normal.
+        Normal = "normal",
+        /// Of the thickness at partners.
+        Thickness = "thickness",
+        /// To the scan's own mirror image, by partners.
+        Asymmetry = "asymmetry",
+    }
+}
+
+impl By {
+    /// What + means, in words, for scans of these names.
+    pub fn legend(self, [first, second]: [&str; 2]) -> String {
+        match self {
+            Self::Partner => format!("+ : {second} stands out over {first}, to the nearest place that faces the same way"),
+            Self::Closest => format!("+ : {second} stands out over {first}, to the nearest place of any sheet"),
+            Self::Normal => format!("+ : {second} stands out over {first}, along the normal"),
+            Self::Thickness => format!("+ : the bone of {second} is thicker than that of {first}"),
+            Self::Asymmetry => format!("+ : the other side of {first}, mirrored, stands out over this one"),
+        }
+    }
+
+    fn of_points(self) -> difference::By {
+        match self {
+            Self::Partner | Self::Asymmetry => difference::By::Partner,
+            Self::Closest => difference::By::Closest,
+            Self::Normal => difference::By::Normal,
+            Self::Thickness => difference::By::Thickness,
+        }
+    }
+}
+
+/// A difference to be measured.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Order {
+    /// Which.
+    pub by: By,
+    /// Numbers of the first and the second of the open scans; of an asymmetry the first counts.
+    #[serde(default)]
+    pub pair: [usize; 2],
+    /// What belongs to a point is looked for so far, mm; see [`reach_mm`] where absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reach_mm: Option<f64>,
+    /// Where.
+    #[serde(default, skip_serializing_if = "Parts::is_all")]
+    pub parts: Parts,
+    /// Only what cuts leave of the surfaces.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub clips: Vec<Clip>,
+}
+
+/// Why there is no difference.
+#[derive(Debug, Error)]
+pub enum DifferenceError {
+    /// A registration that flattens a scan.
+    #[error("the transform of a volume cannot be used: {0}")]
+    Grid(#[from] GridError),
+    /// Stopped by request.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// No plane of symmetry.
+    #[error(transparent)]
+    Orient(#[from] OrientError),
+    /// Nothing of one surface has a partner on the other.
+    #[error(
+        "{first} and {second}: nothing of the one surface lies within {reach_mm} mm of the other there; register them, or choose another place or a longer reach"
+    )]
+    Apart {
+        /// The first scan.
+        first: String,
+        /// The second.
+        second: String,
+        /// As far as was looked.
+        reach_mm: f64,
+    },
+}
+
+/// One of the two surfaces with the differences at its points.
+#[derive(Debug)]
+pub struct Half {
+    /// The scan, or what it is of it.
+    pub name: String,
+    /// Its bone.
+    pub surface: Surface,
+    /// Its points.
+    pub mesh: Mesh,
+    /// The differences.
+    pub map: difference::Map,
+    /// Where its scan is put.
+    pub transform: DAffine3,
+    /// Which points are asked for.
+    pub asked: Vec<bool>,
+    /// They in short; `None` where there is none.
+    pub statistics: Option<Statistics>,
+}
+
+/// What was measured.
+#[derive(Debug)]
+pub struct Measured {
+    /// What was asked for.
+    pub order: Order,
+    /// As far as was looked, mm.
+    pub reach_mm: f64,
+    /// On the first surface, and on the second. Of an asymmetry, on the scan and on its mirror image.
+    pub halves: [Half; 2],
+    /// What the person should know.
+    pub notes: Vec<String>,
+}
+
+/// Of the radius of a ball around the smaller scan: what lies farther apart is not the same part of a skull. Rounded up.
+const REACH: f64 = 1.0 / 20.0;
+
+/// As far as what belongs to a point is looked for where nobody says how far, mm.
+pub fn reach_mm(volumes: [&Volume; 2]) -> f64 {
+    let radius_mm = volumes.map(|v| Bounds::of([v.grid()].into_iter()).radius_mm).into_iter().fold(f64::INFINITY, f64::min);
+    let mm = REACH * radius_mm;
+    let ten = 10.0_f64.powf(mm.max(1e-6).log10().floor());
+    [1.0, 2.0, 5.0].map(|n| n * ten).into_iter().find(|round| *round >= mm).unwrap_or(10.0 * ten)
+}
+
+/// A scan's bone where it is put.
+struct Placed<'a> {
+    name: String,
+    volume: &'a Arc<Volume>,
+    iso: f64,
+    transform: DAffine3,
+    residual_mm: Option<f64>,
+    covariance: Option<&'a Covariance>,
+    /// Its number among what is open, by which cuts know it.
+    index: usize,
+}
+
+impl Placed<'_> {
+    fn of<'a>(opened: &'a Opened, index: usize) -> Placed<'a> {
+        let Layer { iso, transform, residual_mm, ref covariance, .. } = opened.scene.layers[index];
+        let volume = &opened.volumes[index];
+        Placed { name: volume.name().into(), volume, iso, transform, residual_mm, covariance: covariance.as_ref(), index }
+    }
+
+    fn registered(&self) -> Registered<'_> {
+        Registered { residual_mm: self.residual_mm, covariance: self.covariance }
+    }
+}
+
+/// Measures how the second of a pair of what is open differs from the first.
+pub fn measure(opened: &Opened, order: &Order, progress: &Progress) -> Result<Measured, DifferenceError> {
+    let [first, second] = order.pair;
+    let a = Placed::of(opened, first);
+    let b = if order.by == By::Asymmetry { image(opened, first, progress)? } else { Placed::of(opened, second) };
+    let placed = [&a, &b];
+    let reach_mm = order.reach_mm.unwrap_or_else(|| reach_mm(placed.map(|p| &**p.volume)));
+    let surfaces = [surface(&a)?, surface(&b)?];
+    let meshes = [Mesh::of(&surfaces[0], progress)?, Mesh::of(&surfaces[1], progress)?];
+    let partners = [Partners::of(&surfaces[0], progress)?, Partners::of(&surfaces[1], progress)?];
+    let errors = |n: usize| PointErrors::of(&surfaces[n], &meshes[n], placed[n].iso, iso_tolerance(placed[n].volume), progress);
+    let errors = [errors(0)?, errors(1)?];
+    let registered = [a.registered(), b.registered()];
+    let maps = {
+        let side = |n: usize| Side {
+            surface: &surfaces[n],
+            mesh: &meshes[n],
+            partners: &partners[n],
+            errors: &errors[n],
+            registered: registered[n],
+        };
+        let on = |first: bool| difference::map(side(0), side(1), first, order.by.of_points(), reach_mm, progress);
+        [on(true)?, on(false)?]
+    };
+    let asked = [0, 1].map(|n| asked(&surfaces[n], &meshes[n], order, placed[n].index));
+    let statistics = [0, 1].map(|n| Statistics::of(&meshes[n], &maps[n], registered, |vertex| asked[n][vertex]));
+    if statistics.iter().all(Option::is_none) {
+        return Err(DifferenceError::Apart { first: a.name, second: b.name, reach_mm });
+    }
+    let notes = notes(placed, order.by);
+    drop((partners, errors));
+    let transforms = [a.transform, b.transform];
+    let names = [a.name, b.name];
+    let mut halves = names.into_iter().zip(transforms).zip(surfaces).zip(meshes).zip(maps).zip(asked).zip(statistics).map(
+        |((((((name, transform), surface), mesh), map), asked), statistics)| Half {
+            name,
+            transform,
+            surface,
+            mesh,
+            map,
+            asked,
+            statistics,
+        },
+    );
+    // There are two of each.
+    let halves = std::array::from_fn(|_| halves.next().expect("there are two halves"));
+    Ok(Measured { order: order.clone(), reach_mm, halves, notes })
+}
+
+fn surface(placed: &Placed<'_>) -> Result<Surface, GridError> {
+    Surface::new(placed.volume, placed.iso, placed.transform)
+}
+
+/// The mirror image of a scan, laid onto the scan.
+fn image<'a>(opened: &'a Opened, index: usize, progress: &Progress) -> Result<Placed<'a>, DifferenceError> {
+    let own = Placed::of(opened, index);
+    let found = symmetry(&surface(&own)?, &Parts::default(), progress)?;
+    Ok(Placed {
+        name: format!("{}, mirrored", own.name),
+        transform: found.image * own.transform,
+        residual_mm: None,
+        covariance: None,
+        ..own
+    })
+}
+
+/// Which points of a surface are asked for.
+fn asked(surface: &Surface, mesh: &Mesh, order: &Order, index: usize) -> Vec<bool> {
+    let left = surface.clone().cut(&order.clips, index);
+    let is_left = |point: &DVec3| {
+        // What is left of a line from there begins there, but for rounding.
+        let line = Ray { origin: WorldPoint(*point), direction: DVec3::X };
+        order.clips.is_empty() || crossings::box_span(&left, &line).is_some_and(|span| span.t_mm[0] < 1e-9)
+    };
+    mesh.vertices.iter().map(|point| order.parts.hold(*point) && is_left(point)).collect()
+}
+
+/// What the person should know of two scans that are compared.
+fn notes([a, b]: [&Placed<'_>; 2], by: By) -> Vec<String> {
+    let thresholds = [a, b].map(|p| (p.name.as_str(), p.iso, p.volume.unit()));
+    let mut notes: Vec<String> = unlike_thresholds(&thresholds).into_iter().collect();
+    notes.extend(corrections(a.volume));
+    if by == By::Asymmetry {
+        notes.push(
+            "the plane of symmetry is found from the surface itself, and what is asymmetric biases it; its error is not in the ±".into(),
+        );
+        return notes;
+    }
+    notes.extend(corrections(b.volume));
+    notes.extend([a, b].into_iter().filter_map(|p| mirrored(&p.name, &p.transform)));
+    let is_known = [a, b].iter().any(|p| p.registered().is_known());
+    if !is_known {
+        notes.push("the registration's error is not known, and is not in the ±".into());
+    }
+    notes
+}
+
+impl Measured {
+    /// The larger of both one-sided distances, where it is that of closest points: the Hausdorff distance within the reach, mm.
+    pub fn largest_mm(&self) -> f64 {
+        self.halves.iter().filter_map(|h| h.statistics.as_ref()).map(|s| s.largest.difference_mm.abs()).fold(0.0, f64::max)
+    }
+
+    /// The end of a symmetric range of colours, mm: what 95 % of the areas stay below.
+    pub fn range_mm(&self) -> f64 {
+        self.halves.iter().filter_map(|h| h.statistics.as_ref()).map(Statistics::range_mm).fold(0.0, f64::max)
+    }
+
+    /// What + means.
+    pub fn legend(&self) -> String {
+        self.order.by.legend([&self.halves[0].name, &self.halves[1].name])
+    }
+
+    /// What is kept of it.
+    pub fn record(&self, made_by: Option<&Origin>) -> RecordedDifference {
+        let half = |half: &Half| RecordedHalf { on: half.name.clone(), statistics: half.statistics.as_ref().map(|s| serde_json::json!(s)) };
+        RecordedDifference {
+            difference: Told {
+                order: self.order.clone(),
+                reach_mm: self.reach_mm,
+                legend: self.legend(),
+                largest_mm: self.largest_mm(),
+                halves: self.halves.iter().map(half).collect(),
+                notes: self.notes.clone(),
+            },
+            made_by: made_by.cloned(),
+        }
+    }
+}
+
+/// A difference as sessions and exports keep it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RecordedDifference {
+    /// What was asked for and found.
+    pub difference: Told,
+    /// What it was made by and on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub made_by: Option<Origin>,
+}
+
+/// What was asked for and found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Told {
+    /// What was asked for.
+    #[serde(flatten)]
+    pub order: Order,
+    /// As far as was looked, mm.
+    #[serde(rename = "looked_within_mm")]
+    pub reach_mm: f64,
+    /// What + means.
+    pub legend: String,
+    /// The largest magnitude on either, mm.
+    pub largest_mm: f64,
+    /// On the first and on the second surface.
+    pub halves: Vec<RecordedHalf>,
+    /// What the person should know.
+    pub notes: Vec<String>,
+}
+
+/// The differences on one surface in short.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RecordedHalf {
+    /// Of which scan.
+    pub on: String,
+    /// See [`Statistics`].
+    pub statistics: Option<serde_json::Value>,
+}
+
+impl RecordedDifference {
+    /// The numbers by which two records are compared: a name and millimetres, or mm².
+    pub(crate) fn numbers(&self) -> Vec<(String, f64)> {
+        let of = |half: &RecordedHalf| {
+            let number = |key: &str| half.statistics.as_ref().and_then(|s| s[key].as_f64()).map(|v| (format!("{}: {key}", half.on), v));
+            ["area_mm2", "without_mm2", "mean_mm", "mean_magnitude_mm", "rms_mm", "deviation_mm", "sure"]
+                .into_iter()
+                .filter_map(number)
+                .collect::<Vec<_>>()
+        };
+        self.difference.halves.iter().flat_map(of).chain([("largest".to_owned(), self.difference.largest_mm)]).collect()
+    }
+
+    /// Whether two numbers are the same: sums of as many areas as a surface has points are good to fewer digits than one length.
+    pub(crate) fn is_same(was: f64, is: f64) -> bool {
+        (was - is).abs() <= SAME_MM * (1.0 + was.abs())
+    }
+}
