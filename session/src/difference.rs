@@ -113,6 +113,8 @@ pub struct Half {
     pub mesh: Mesh,
     /// The differences.
     pub map: difference::Map,
+    /// Its isovalue.
+    pub iso: f64,
     /// Where its scan is put.
     pub transform: DAffine3,
     /// Which points are asked for.
@@ -134,15 +136,14 @@ pub struct Measured {
     pub notes: Vec<String>,
 }
 
-/// Of the radius of a ball around the smaller scan: what lies farther apart is not the same part of a skull. Rounded up.
+/// Of the radius of a ball around the smaller scan: what lies farther apart is not the same part of a skull. Rounded up to one digit.
 const REACH: f64 = 1.0 / 20.0;
 
 /// As far as what belongs to a point is looked for where nobody says how far, mm.
 pub fn reach_mm(volumes: [&Volume; 2]) -> f64 {
     let radius_mm = volumes.map(|v| Bounds::of([v.grid()].into_iter()).radius_mm).into_iter().fold(f64::INFINITY, f64::min);
-    let mm = REACH * radius_mm;
-    let ten = 10.0_f64.powf(mm.max(1e-6).log10().floor());
-    [1.0, 2.0, 5.0].map(|n| n * ten).into_iter().find(|round| *round >= mm).unwrap_or(10.0 * ten)
+    let digit = 10.0_f64.powf((REACH * radius_mm).max(1e-6).log10().floor());
+    (REACH * radius_mm / digit).ceil() * digit
 }
 
 /// A scan's bone where it is put.
@@ -200,11 +201,12 @@ pub fn measure(opened: &Opened, order: &Order, progress: &Progress) -> Result<Me
     }
     let notes = notes(placed, order.by);
     drop((partners, errors));
-    let transforms = [a.transform, b.transform];
+    let transforms = [(a.iso, a.transform), (b.iso, b.transform)];
     let names = [a.name, b.name];
     let mut halves = names.into_iter().zip(transforms).zip(surfaces).zip(meshes).zip(maps).zip(asked).zip(statistics).map(
-        |((((((name, transform), surface), mesh), map), asked), statistics)| Half {
+        |((((((name, (iso, transform)), surface), mesh), map), asked), statistics)| Half {
             name,
+            iso,
             transform,
             surface,
             mesh,
@@ -267,6 +269,17 @@ fn notes([a, b]: [&Placed<'_>; 2], by: By) -> Vec<String> {
 }
 
 impl Measured {
+    /// Whether its scans are open, with the isovalues and where they were.
+    pub fn is_of(&self, opened: &Opened) -> bool {
+        let is_there = |(half, n): (&Half, &usize)| {
+            let (Some(volume), Some(layer)) = (opened.volumes.get(*n), opened.scene.layers.get(*n)) else { return false };
+            let is_image = self.order.by == By::Asymmetry && half.transform != self.halves[0].transform;
+            let is_placed = is_image || half.transform == layer.transform;
+            Arc::ptr_eq(volume, &half.surface.volume) && half.iso == layer.iso && is_placed
+        };
+        self.halves.iter().zip(&self.order.pair).all(is_there)
+    }
+
     /// The larger of both one-sided distances, where it is that of closest points: the Hausdorff distance within the reach, mm.
     pub fn largest_mm(&self) -> f64 {
         self.halves.iter().filter_map(|h| h.statistics.as_ref()).map(|s| s.largest.difference_mm.abs()).fold(0.0, f64::max)

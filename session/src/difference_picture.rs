@@ -38,6 +38,9 @@ const ON_LINE: [u8; 3] = [70, 70, 70];
 impl Scale {
     /// The colour of a difference with its ±, mm; sRGB.
     pub fn color(&self, mm: f32, error_mm: f32) -> [u8; 3] {
+        if mm.is_nan() {
+            return WITHOUT[1];
+        }
         if self.grey_within_error && mm.abs() <= error_mm {
             return WITHIN_ERROR;
         }
@@ -199,7 +202,7 @@ impl DifferenceCoat {
 }
 
 /// How much of the surface differs by `mm`, of the difference that most of it has.
-fn share(statistics: &Statistics, mm: f64) -> Option<f64> {
+pub fn share(statistics: &Statistics, mm: f64) -> Option<f64> {
     let ([first, last], bins) = (statistics.bin_ends_mm, &statistics.bins_mm2);
     let bin = (mm - first) / (last - first) * bins.len() as f64;
     let largest = bins.iter().fold(f64::MIN_POSITIVE, |m, b| m.max(*b));

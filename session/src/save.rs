@@ -1,7 +1,10 @@
 //! What is saved in the form that its file's name asks for.
 
 use crate::coat::Coat;
+use crate::difference_picture::DifferenceCoat;
+use crate::difference_report::html;
 use crate::measurement::Measurement;
+use crate::measurement::Origin;
 use crate::output::{OutputError, write_figure, write_png, write_whole};
 use crate::thickness::ThicknessCoat;
 use bregma_measure::corrections;
@@ -95,6 +98,27 @@ pub fn map(file: &Path, ThicknessCoat { map, scale }: &ThicknessCoat, style: Tab
         Ok(write_whole(file, &export::map_ply(&map.mesh, &map.values, &corrections(&map.surface.volume), |mm| scale.color(mm)))?)
     } else {
         Err(SaveError::Form { file: file.to_owned(), forms: ".csv or .ply" })
+    }
+}
+
+/// Saves a map of differences: the surface that is shown as a table in a style or as PLY, both as a report or as a record.
+pub fn difference(file: &Path, coat: &DifferenceCoat, made_by: Option<&Origin>, style: TableStyle) -> Result<(), SaveError> {
+    let (name, half, measured) = (lower_name(file), coat.half(), &coat.measured);
+    let (values, errors) = (&half.map.values_mm, &half.map.errors_mm);
+    if name.ends_with(".csv") {
+        let table = export::difference_csv(&half.mesh, &half.map, &half.asked);
+        Ok(write_whole(file, styled(&table, style).as_bytes())?)
+    } else if name.ends_with(".ply") {
+        let color = |n: usize| coat.scale.color(values[n], errors[n]);
+        let notes: Vec<String> = std::iter::once(measured.legend()).chain(measured.notes.iter().cloned()).collect();
+        Ok(write_whole(file, &export::ply(&half.mesh, &notes, color, &[("difference_mm", values), ("error_mm", errors)]))?)
+    } else if name.ends_with(".html") {
+        Ok(write_whole(file, html(measured, &[], made_by).as_bytes())?)
+    } else if name.ends_with(".json") {
+        let record = serde_json::to_string_pretty(&measured.record(made_by)).expect("a record has only numbers, texts and lists");
+        Ok(write_whole(file, record.as_bytes())?)
+    } else {
+        Err(SaveError::Form { file: file.to_owned(), forms: ".csv, .ply, .html or .json" })
     }
 }
 

@@ -57,7 +57,11 @@ impl Work {
     pub fn same_work(&self, other: &Self) -> bool {
         let (a, b) = (&self.opened, &other.opened);
         let same_scene = || Scene { camera: a.scene.camera, ..b.scene.clone() } == a.scene;
-        same_scans(&a.volumes, &b.volumes) && same_scene() && a.poses == b.poses && self.measured.same(&other.measured)
+        same_scans(&a.volumes, &b.volumes)
+            && same_scene()
+            && a.poses == b.poses
+            && a.measurements == b.measurements
+            && self.measured.same(&other.measured)
     }
 
     /// Puts a scan where a registration has it, and with it the landmarks that are its own.

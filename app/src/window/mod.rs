@@ -186,6 +186,11 @@ impl Workstation {
         self.panels.thickness.coat().map(|coat| &coat.map.statistics)
     }
 
+    /// The finished map of differences.
+    pub fn differences(&self) -> Option<&bregma_session::difference::Measured> {
+        self.panels.differences.coat().map(|coat| &*coat.measured)
+    }
+
     /// The registrations that are kept.
     pub fn poses(&self) -> &[bregma_session::KeptPose] {
         &self.bench.work.opened.poses

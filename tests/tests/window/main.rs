@@ -11,6 +11,7 @@ mod compared_slices;
 mod correcting;
 mod cuts_by_hand;
 mod cutting;
+mod differing;
 mod hand;
 mod keeping;
 mod kept_poses;

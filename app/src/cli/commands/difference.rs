@@ -8,7 +8,7 @@ use crate::cli::terminal::{print, warn, with_progress};
 use bregma_measure::export;
 use bregma_measure::numbers::{fixed, signed};
 use bregma_register::Parts;
-use bregma_renderer::Mode;
+use bregma_renderer::{Color, Mode};
 use bregma_session::coat::{Coat, white};
 use bregma_session::difference::{By, Half, Measured, Order, measure};
 use bregma_session::difference_picture::{DifferenceCoat, Scale};
@@ -67,6 +67,7 @@ fn drawn(
     machine: Machine,
 ) -> Result<Vec<u8>, CommandError> {
     let mut scene = white(opened.scene.clone());
+    scene.background = Some(Color([1.0; 3]));
     scene.camera = camera(&args.camera, opened, args.size);
     scene.mode = Mode::Iso;
     let shown = order.pair[coat.on];
@@ -86,7 +87,7 @@ fn write_half(folder: &Path, name: &str, half: &Half, scale: Scale, measured: &M
     let csv = export::difference_csv(&half.mesh, &half.map, &half.asked);
     write_whole(&folder.join(format!("{name}.csv")), csv.as_bytes())?;
     let (values, errors) = (&half.map.values_mm, &half.map.errors_mm);
-    let color = |n: usize| if values[n].is_nan() { [160; 3] } else { scale.color(values[n], errors[n]) };
+    let color = |n: usize| scale.color(values[n], errors[n]);
     let notes: Vec<String> = std::iter::once(measured.legend()).chain(measured.notes.iter().cloned()).collect();
     let ply = export::ply(&half.mesh, &notes, color, &[("difference_mm", values), ("error_mm", errors)]);
     Ok(write_whole(&folder.join(format!("{name}.ply")), &ply)?)

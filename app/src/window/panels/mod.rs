@@ -3,6 +3,7 @@
 mod along;
 mod chart;
 mod cuts;
+mod differences;
 mod frame_rate;
 mod hand;
 mod histogram;
@@ -38,6 +39,7 @@ use bregma_renderer::{Scene, Solver};
 use bregma_session::coat::Coat;
 use bregma_session::register::apart;
 use chart::ChartPanel;
+use differences::DifferencesPanel;
 use egui::{Key, Modifiers, Rect, ScrollArea, Ui};
 use frame_rate::FrameRatePanel;
 use looks::LooksPanel;
@@ -64,6 +66,8 @@ pub struct Panels {
     pub chart: ChartPanel,
     /// The map of thickness.
     pub thickness: ThicknessPanel,
+    /// The map of differences.
+    pub differences: DifferencesPanel,
     register: RegisterPanel,
     /// How one scan is held.
     upright: UprightPanel,
@@ -83,6 +87,7 @@ enum Tab {
     Rays,
     Landmarks,
     Thickness,
+    Differences,
     Register,
 }
 
@@ -127,7 +132,7 @@ const PLAIN: Panel =
 
 const NONE: Modifiers = Modifiers::NONE;
 
-const PANELS: [Panel; 15] = [
+const PANELS: [Panel; 16] = [
     Panel {
         place: Place::Left,
         show: |p, bench, ui| {
@@ -175,6 +180,14 @@ const PANELS: [Panel; 15] = [
         poll: |p, _| p.thickness.poll(),
         show: |p, bench, ui| p.thickness.show(ui, bench),
         painting: |p, work| p.thickness.painting(work),
+        ..PLAIN
+    },
+    Panel {
+        place: Place::Right(Tab::Differences, "Differences"),
+        commands: &[Command::new(Menu::Measure, "Differences…", &[], |p, _, _| p.open(Tab::Differences))],
+        poll: |p, bench| p.differences.poll(bench),
+        show: |p, bench, ui| p.differences.show(ui, bench),
+        painting: |p, work| p.differences.painting(work),
         ..PLAIN
     },
     Panel {

@@ -1,0 +1,326 @@
+//! The map of differences: which, of which scans, where; how it is coloured, what it says in numbers, and where the largest lie.
+
+use super::super::ask::{Ask, Kind};
+use super::super::bench::Bench;
+use super::super::job::Job;
+use super::super::measured::Work;
+use super::super::under::place;
+use super::super::widgets::named_radio;
+use bregma_field::{Ray, WorldPoint};
+use bregma_measure::difference::{Extreme, Statistics};
+use bregma_measure::numbers::{fixed, signed};
+use bregma_register::{Part, Parts};
+use bregma_renderer::{Mode, Scene};
+use bregma_session::coat::{Coat, white};
+use bregma_session::difference::{By, Measured, Order, measure, reach_mm};
+use bregma_session::difference_picture::{DifferenceCoat, Scale, share};
+use bregma_session::{Measurement, Origin, save};
+use egui::{Align2, Color32, ComboBox, DragValue, FontId, Grid, Rect, Role, ScrollArea, Sense, Ui, WidgetInfo, pos2, vec2};
+use std::sync::Arc;
+
+/// The panel.
+#[derive(Default)]
+pub struct DifferencesPanel {
+    by: By,
+    pair: Option<[usize; 2]>,
+    /// As far as partners are looked for, where a person says so.
+    reach_mm: Option<f64>,
+    /// How far around the last landmark; everywhere when absent.
+    patch_mm: Option<f64>,
+    /// The end of the colours where a person says so.
+    range_mm: Option<f64>,
+    isolines_mm: Option<f64>,
+    all_colors: bool,
+    job: Option<Job<Measured>>,
+    coat: Option<Arc<DifferenceCoat>>,
+    /// The surface keeps its own colour though there is a map of it.
+    hidden: bool,
+}
+
+/// Each difference, its name, and what it answers.
+const KINDS: [(By, &str, &str); 5] = [
+    (
+        By::Partner,
+        "Partners",
+        "To the nearest place of the other surface that faces the same way, so that no wall is taken for its other side",
+    ),
+    (By::Closest, "Closest points", "To the nearest place of any sheet, as CloudCompare and VTK have it"),
+    (By::Normal, "Along the normal", "To the first place along the normal that faces the same way"),
+    (By::Thickness, "Thickness", "How much thicker the bone is at the partner, each along its own normal"),
+    (By::Asymmetry, "Asymmetry", "To the first scan's own mirror image"),
+];
+
+impl DifferencesPanel {
+    /// The finished map with its colours.
+    pub fn coat(&self) -> Option<&Arc<DifferenceCoat>> {
+        self.coat.as_ref()
+    }
+
+    /// Takes what the thread brought; `Err` is a sentence for the person.
+    pub fn poll(&mut self, bench: &mut Bench) -> Result<(), String> {
+        let Some(result) = self.job.as_ref().and_then(Job::poll) else { return Ok(()) };
+        self.job = None;
+        let measured = Arc::new(result.map_err(|e| format!("The difference was not measured: {e}"))?);
+        let origin = Origin::of(&bench.work.opened);
+        bench.work.opened.measurements.push(Measurement::Difference(Box::new(measured.record(origin.as_ref()))));
+        (self.hidden, self.range_mm) = (false, None);
+        self.coat = Some(Arc::new(DifferenceCoat { scale: self.scale(&measured), measured, on: 0 }));
+        Ok(())
+    }
+
+    fn scale(&self, measured: &Measured) -> Scale {
+        let range_mm = self.range_mm.unwrap_or_else(|| measured.range_mm()).max(LEAST_RANGE_MM);
+        Scale { range_mm, grey_within_error: !self.all_colors, isolines_mm: self.isolines_mm }
+    }
+
+    /// The scene to paint on and the coat, while the map is shown and is of what is open.
+    pub fn painting(&self, work: &Work) -> Option<(Scene, Arc<dyn Coat>)> {
+        let coat = self.coat.as_ref().filter(|coat| !self.hidden && coat.measured.is_of(&work.opened))?;
+        let mut scene = white(work.opened.scene.clone());
+        scene.mode = Mode::Iso;
+        let shown = coat.measured.order.pair[coat.on];
+        scene.layers.iter_mut().enumerate().for_each(|(n, layer)| layer.visible = n == shown);
+        // A mirror image lies elsewhere than its scan.
+        scene.layers[shown].transform = coat.half().transform;
+        Some((scene, Arc::<DifferenceCoat>::clone(coat)))
+    }
+
+    /// Shows what can be measured, and what was.
+    pub fn show(&mut self, ui: &mut Ui, bench: &mut Bench) {
+        if let Some(job) = &self.job {
+            if job.ui(ui) {
+                self.job = None;
+            }
+            return;
+        }
+        ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+            self.question(ui, &bench.work);
+            let Some(coat) = self.coat.clone() else { return };
+            ui.separator();
+            self.measured(ui, bench, &coat);
+        });
+    }
+
+    /// What is to be measured.
+    fn question(&mut self, ui: &mut Ui, work: &Work) {
+        let opened = &work.opened;
+        let needed = if self.by == By::Asymmetry { 1 } else { 2 };
+        for (by, name, what) in KINDS {
+            ui.radio_value(&mut self.by, by, name).on_hover_text(what);
+        }
+        if opened.volumes.len() < needed {
+            ui.weak(if needed == 2 { "Two scans are needed: open another, and register them." } else { "Open a scan." });
+            return;
+        }
+        let mut pair = self.pair.filter(|pair| pair.iter().all(|n| *n < opened.volumes.len())).unwrap_or([0, needed - 1]);
+        if opened.volumes.len() > needed {
+            let names = ["First", "Second"];
+            for (n, chosen) in pair.iter_mut().enumerate().take(needed) {
+                ComboBox::from_label(names[n]).selected_text(opened.volumes[*chosen].name()).show_ui(ui, |ui| {
+                    (0..opened.volumes.len()).for_each(|v| named_radio(ui, chosen, v, opened.volumes[v].name()));
+                });
+            }
+            self.pair = Some(pair);
+        }
+        if self.by == By::Asymmetry {
+            pair[1] = pair[0];
+        }
+        self.reach(ui, work, pair);
+        self.place(ui, work);
+        let is_one = self.by != By::Asymmetry && pair[0] == pair[1];
+        let measures = ui.add_enabled(!is_one, egui::Button::new("Measure the difference")).on_disabled_hover_text("Choose two scans");
+        if measures.clicked() {
+            let (opened, order) = (opened.clone(), self.order(work, pair));
+            self.job = Some(Job::start(ui.ctx(), "Measuring".into(), move |progress| measure(&opened, &order, progress)));
+        }
+    }
+
+    /// How far partners are looked for.
+    fn reach(&mut self, ui: &mut Ui, work: &Work, pair: [usize; 2]) {
+        let own_mm = reach_mm(pair.map(|n| &*work.opened.volumes[n]));
+        ui.horizontal(|ui| {
+            ui.weak("within");
+            let mut mm = self.reach_mm.unwrap_or(own_mm);
+            let hint = "What has no partner so near has no number, and is hatched";
+            let number = DragValue::new(&mut mm).range(0.01..=1000.0).speed(0.05).max_decimals(2).suffix(" mm");
+            if ui.add(number).on_hover_text(hint).accessible_name("Reach of partners").changed() {
+                self.reach_mm = Some(mm);
+            }
+        });
+    }
+
+    /// Where it is to be measured.
+    fn place(&mut self, ui: &mut Ui, work: &Work) {
+        let last = work.measured.landmarks.iter().rfind(|l| l.point_mm.is_some());
+        ui.horizontal(|ui| {
+            let mut everywhere = self.patch_mm.is_none() || last.is_none();
+            ui.radio_value(&mut everywhere, true, "Everywhere").on_hover_text("Whatever is cut to look at it");
+            ui.add_enabled_ui(last.is_some(), |ui| {
+                let hint = "A landmark says where (Measure › Landmark): the last one counts";
+                ui.radio_value(&mut everywhere, false, "At a landmark").on_hover_text(hint).on_disabled_hover_text(hint);
+            });
+            self.patch_mm = if everywhere { None } else { Some(self.patch_mm.unwrap_or(20.0)) };
+        });
+        if let (Some(patch_mm), Some(last)) = (&mut self.patch_mm, last) {
+            ui.horizontal(|ui| {
+                ui.weak("within");
+                ui.add(DragValue::new(patch_mm).range(0.5..=1000.0).speed(0.2).max_decimals(1).suffix(" mm"))
+                    .accessible_name("Radius of the place");
+                ui.weak(format!("of {}", last.name));
+            });
+        }
+    }
+
+    fn order(&self, work: &Work, pair: [usize; 2]) -> Order {
+        let last = work.measured.landmarks.iter().rev().find_map(|l| l.point_mm);
+        let only = self.patch_mm.zip(last).map(|(radius_mm, centre_mm)| Part::Ball { centre_mm, radius_mm });
+        let parts = Parts { only: only.into_iter().collect(), but: vec![] };
+        Order { by: self.by, pair, reach_mm: self.reach_mm, parts, clips: vec![] }
+    }
+
+    /// What was measured.
+    fn measured(&mut self, ui: &mut Ui, bench: &mut Bench, coat: &Arc<DifferenceCoat>) {
+        if !coat.measured.is_of(&bench.work.opened) {
+            ui.colored_label(ui.visuals().warn_fg_color, "A scan, its isovalue or its place has changed: measure again.");
+        }
+        ui.strong(coat.measured.legend());
+        let mut on = coat.on;
+        for (n, half) in coat.measured.halves.iter().enumerate() {
+            named_radio(ui, &mut on, n, &format!("on {}", half.name));
+        }
+        if let Some(statistics) = &coat.half().statistics {
+            legend(ui, coat, statistics);
+            numbers(ui, statistics);
+        }
+        let mut shown = !self.hidden;
+        ui.checkbox(&mut shown, "Show on the surface");
+        self.hidden = !shown;
+        self.colors(ui, &coat.scale);
+        let scale = self.scale(&coat.measured);
+        if (scale, on) != (coat.scale, coat.on) {
+            self.coat = Some(Arc::new(DifferenceCoat { scale, on, measured: Arc::clone(&coat.measured) }));
+        }
+        if ui.button("Save map…").on_hover_text("The points as CSV, the coloured surface as PLY, or a report as HTML").clicked() {
+            let coat = Arc::clone(coat);
+            let origin = Origin::of(&bench.work.opened);
+            bench.save(ui.ctx(), SAVE, move |bench, file| {
+                save::difference(file, &coat, origin.as_ref(), bench.remembered.preferences.tables)
+            });
+        }
+        if let Some(statistics) = &coat.half().statistics {
+            largest(ui, bench, &statistics.extremes);
+        }
+        coat.measured.notes.iter().for_each(|note| {
+            ui.weak(note);
+        });
+    }
+
+    /// The colours and their end.
+    fn colors(&mut self, ui: &mut Ui, scale: &Scale) {
+        ui.horizontal(|ui| {
+            let mut automatic = self.range_mm.is_none();
+            let hint = "What 95 % of the surface stays below; a fixed end makes maps of several pairs comparable";
+            if ui.checkbox(&mut automatic, "Automatic range").on_hover_text(hint).changed() {
+                self.range_mm = if automatic { None } else { Some(scale.range_mm) };
+            }
+            if let Some(mm) = &mut self.range_mm {
+                let number = DragValue::new(mm).range(LEAST_RANGE_MM..=1000.0).speed(0.02).max_decimals(3).prefix("± ").suffix(" mm");
+                ui.add(number).accessible_name("End of the colours");
+            }
+        });
+        ui.horizontal(|ui| {
+            let mut lines = self.isolines_mm.is_some();
+            if ui.checkbox(&mut lines, "Lines").on_hover_text("Of equal difference").changed() {
+                self.isolines_mm = lines.then_some(scale.range_mm / 4.0);
+            }
+            if let Some(mm) = &mut self.isolines_mm {
+                let number = DragValue::new(mm).range(0.01..=1000.0).speed(0.01).max_decimals(3).prefix("every ").suffix(" mm");
+                ui.add(number).accessible_name("Step of the lines");
+            }
+        });
+        let mut grey = !self.all_colors;
+        ui.checkbox(&mut grey, "Grey within ±").on_hover_text("What scanning, isovalues and registration may have done is no difference");
+        self.all_colors = !grey;
+    }
+}
+
+/// The narrowest range of colours, mm: far below what any scan tells.
+const LEAST_RANGE_MM: f64 = 0.001;
+
+/// Where the map is saved, and as what.
+const SAVE: Ask = Ask {
+    title: "Save the map of differences",
+    kind: Kind::Save,
+    forms: &[("CSV table", &["csv"]), ("PLY surface", &["ply"]), ("HTML report", &["html"]), ("Record, for verifying", &["json"])],
+    name: "difference.csv",
+};
+
+/// The colours with their millimetres, and above them how much of the surface differs by that.
+fn legend(ui: &mut Ui, coat: &DifferenceCoat, statistics: &Statistics) {
+    let (rect, response) = ui.allocate_exact_size(vec2(280.0, 78.0), Sense::hover());
+    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, "Legend of the difference"));
+    let (range, painter) = (coat.scale.range_mm, ui.painter_at(rect));
+    let bar = Rect::from_min_max(rect.min + vec2(20.0, 44.0), rect.max - vec2(32.0, 20.0));
+    for n in 0..bar.width() as usize {
+        let mm = range * (2.0 * (n as f64 + 0.5) / f64::from(bar.width()) - 1.0);
+        let [r, g, b] = coat.scale.color(mm as f32, 0.0);
+        let x = bar.left() + n as f32;
+        let column = |top: f32, bottom: f32| Rect::from_min_max(pos2(x, top), pos2(x + 1.0, bottom));
+        painter.rect_filled(column(bar.top(), bar.bottom()), 0.0, Color32::from_rgb(r, g, b));
+        if let Some(share) = share(statistics, mm) {
+            let height = share as f32 * 40.0;
+            painter.rect_filled(column(bar.top() - 2.0 - height, bar.top() - 2.0), 0.0, Color32::from_gray(150));
+        }
+    }
+    for n in 0..=2 {
+        let text = signed(range * (f64::from(n) - 1.0), 2);
+        let at = pos2(bar.left() + n as f32 / 2.0 * bar.width(), bar.bottom() + 3.0);
+        let text = if n == 2 { text + " mm" } else { text };
+        painter.text(at, Align2::CENTER_TOP, text, FontId::proportional(12.0), ui.visuals().text_color());
+    }
+    response.on_hover_text("Above the colours: how much of the surface differs by that. Grey: within its ±. Hatched: no partner.");
+}
+
+fn numbers(ui: &mut Ui, s: &Statistics) {
+    let share = |mm2: f64| fixed(100.0 * mm2 / (s.area_mm2 + s.without_mm2), 1);
+    Grid::new("differences").spacing([14.0, 2.0]).show(ui, |ui| {
+        for (name, text) in [
+            ("mean", format!("{} ± {} mm", signed(s.mean_mm, 3), fixed(s.mean_uncertainty.error_mm, 3))),
+            ("root mean square", format!("{} mm", fixed(s.rms_mm, 3))),
+            ("median", format!("{} mm", signed(s.quantiles_mm[3], 3))),
+            ("90 % of it", format!("{} to {} mm", signed(s.quantiles_mm[1], 2), signed(s.quantiles_mm[5], 2))),
+            ("beyond its ±", format!("{} % of {} mm²", fixed(100.0 * s.sure, 1), fixed(s.area_mm2, 0))),
+            ("no partner", format!("{} %", share(s.without_mm2))),
+        ] {
+            ui.weak(name);
+            ui.label(text);
+            ui.end_row();
+        }
+    });
+}
+
+/// The largest differences, each with its ray a click away.
+fn largest(ui: &mut Ui, bench: &mut Bench, extremes: &[Extreme]) {
+    if extremes.is_empty() {
+        ui.weak("Nothing differs by more than its ±.");
+        return;
+    }
+    ui.weak("Largest, a click casts the ray:");
+    for e in extremes {
+        let text = format!("{} ± {} mm at {}", signed(e.difference_mm, 2), fixed(e.error_mm, 2), place(e.at_mm));
+        if ui.link(text).clicked()
+            && let Some(ray) = through(e)
+        {
+            bench.work.measured.add_ray(ray);
+        }
+    }
+}
+
+/// How far before a place its ray begins, mm: outside the bone there, as a ray is read from outside.
+const BEFORE_MM: f64 = 20.0;
+
+/// The ray from a place to its partner, or the other way where that leads into the bone.
+fn through(e: &Extreme) -> Option<Ray> {
+    let along = (e.partner_mm - e.at_mm).try_normalize()?;
+    Ray::new(WorldPoint(e.at_mm - BEFORE_MM * along), along)
+}

@@ -1,0 +1,53 @@
+//! Maps of the difference between two scans.
+
+use super::*;
+use bregma_session::difference::By;
+
+#[test]
+fn a_map_of_differences_is_measured_painted_and_leads_to_rays() {
+    // Fails if the map cannot be cancelled, is not painted on the surface that is asked for, names no place, stays on surfaces that it is not of,
+    // or is not kept with what was measured.
+    let mut window = open(Start::Demo);
+    wait(&mut window, "the demo pair", |w| !w.is_loading());
+    settle(&mut window);
+    let before = pixels(&window);
+    command(&mut window, "Differences");
+    window.get_by_label("Measure the difference").click();
+    window.run_steps(2);
+    window.get_by_label("Cancel").click();
+    window.run_steps(2);
+    assert!(window.state().differences().is_none(), "a cancelled measurement leaves nothing");
+    window.get_by_label("Measure the difference").click();
+    wait(&mut window, "the map", |w| w.differences().is_some());
+    settle(&mut window);
+    let painted = pixels(&window);
+    assert!(changed(&before, &painted) > 20_000);
+    let ids = &window.state().picture().unwrap().volume_id;
+    assert!(ids.contains(&1) && !ids.contains(&2), "the map is on skull A alone");
+    window.get_by_label("Legend of the difference");
+    window.get_by_label_contains("stands out over");
+    screenshot(&mut window, "differences.png");
+    // The other surface wears the same map.
+    choose(&mut window, Role::RadioButton, "on skull B");
+    assert!(window.state().picture().unwrap().volume_id.contains(&2));
+    choose(&mut window, Role::RadioButton, "on skull A");
+    choose(&mut window, Role::CheckBox, "Lines");
+    assert!(changed(&painted, &pixels(&window)) > 200);
+    choose(&mut window, Role::CheckBox, "Show on the surface");
+    assert_eq!(changed(&before, &pixels(&window)), 0);
+    // A difference leads to its ray.
+    let rays = |window: &Window| window.state().difference_ray().is_some();
+    assert!(!rays(&window));
+    let link = window.get_all_by_role(Role::Link).next().expect("the largest differences are named");
+    link.scroll_to_me();
+    window.run_steps(4);
+    window.get_all_by_role(Role::Link).next().unwrap().click();
+    window.run_steps(4);
+    assert!(rays(&window));
+    undo(&mut window);
+    window.get_by_role_and_label(Role::Slider, "Isovalue of skull A").set_value_accesskit(400.0);
+    settle(&mut window);
+    window.get_by_label_contains("measure again");
+    let measured = window.state().differences().unwrap();
+    assert_eq!((measured.order.by, measured.halves.len()), (By::Partner, 2));
+}
