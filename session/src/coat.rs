@@ -11,6 +11,9 @@ pub trait Coat: Debug + Send + Sync {
     /// Paints `picture`, drawn of [`white`] through a point of its pixels.
     fn paint(&self, picture: &mut Picture, scene: &Scene, through: [f64; 2]);
 
+    /// What the map says at a point of its surface, in words.
+    fn told_at(&self, point: WorldPoint) -> Option<String>;
+
     /// The painted picture with its legend.
     fn figure(&self, picture: &Picture) -> Result<Figure, Box<dyn Error>>;
 }

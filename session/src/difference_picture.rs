@@ -109,14 +109,6 @@ impl DifferenceCoat {
         // The cell's own counts at least an eighth.
         Seen::Known { mm: (sum / weights) as f32, error_mm: (errors / weights) as f32 }
     }
-
-    /// The difference and its ± at a point of the surface, mm, where there is one.
-    pub fn value_at(&self, point: WorldPoint) -> Option<[f32; 2]> {
-        match self.at(point) {
-            Seen::Known { mm, error_mm } => Some([mm, error_mm]),
-            _ => None,
-        }
-    }
 }
 
 impl Coat for DifferenceCoat {
@@ -139,6 +131,14 @@ impl Coat for DifferenceCoat {
             if ((n + 1) % width != 0 && differs(n + 1)) || differs(n + width) {
                 dye(&mut picture.rgba[n], ON_LINE);
             }
+        }
+    }
+
+    fn told_at(&self, point: WorldPoint) -> Option<String> {
+        match self.at(point) {
+            Seen::NotAsked => None,
+            Seen::Without => Some("no partner".into()),
+            Seen::Known { mm, error_mm } => Some(format!("difference {} ± {} mm", signed(f64::from(mm), 2), fixed(f64::from(error_mm), 2))),
         }
     }
 

@@ -6,6 +6,7 @@ use crate::thickness_picture::{Scale, figure};
 use bregma_field::crossings;
 use bregma_field::{Cancelled, GridError, Progress, Volume, WorldPoint};
 use bregma_measure::mesh::Mesh;
+use bregma_measure::numbers::fixed;
 use bregma_measure::thickness::{self, Method, Statistics, cell_at};
 use bregma_renderer::{Clip, Layer, Picture, Ray, Scene, Surface, named};
 use glam::{DAffine3, DVec3};
@@ -101,6 +102,11 @@ impl Coat for ThicknessCoat {
         self.map.paint(&self.scale, picture, scene, through);
     }
 
+    fn told_at(&self, point: WorldPoint) -> Option<String> {
+        let mm = self.map.value_at(point);
+        (!mm.is_nan()).then(|| format!("thickness {} mm", fixed(f64::from(mm), 2)))
+    }
+
     fn figure(&self, picture: &Picture) -> Result<Figure, Box<dyn Error>> {
         figure(picture, &self.map.title, &self.scale, &self.map.statistics)
     }
@@ -139,10 +145,14 @@ impl Map {
         (layer.iso == self.iso && layer.transform == self.transform).then_some(index)
     }
 
+    /// The thickness at the cell that a point lies in, mm; NaN where none is known.
+    pub fn value_at(&self, point: WorldPoint) -> f32 {
+        self.mesh.vertex_of(cell_at(&self.surface, point)).map_or(f32::NAN, |vertex| self.values[vertex as usize])
+    }
+
     /// Paints a picture in the colours of the map; see [`Coat`].
     pub fn paint(&self, scale: &Scale, picture: &mut Picture, scene: &Scene, through: [f64; 2]) {
-        let value = |point| self.mesh.vertex_of(cell_at(&self.surface, point)).map_or(f32::NAN, |vertex| self.values[vertex as usize]);
-        let seen = coat::seen(picture, scene, through, value);
+        let seen = coat::seen(picture, scene, through, |point| self.value_at(point));
         for (pixel, value) in picture.rgba.iter_mut().zip(seen) {
             if let Some(value) = value {
                 coat::dye(pixel, scale.color(value));

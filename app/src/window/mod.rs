@@ -153,7 +153,7 @@ impl Workstation {
 
     /// What the status line says of the point under the mouse.
     pub fn under(&self) -> String {
-        under::text(&self.bench)
+        under::text(&self.bench, self.panels.painting(&self.bench.work).map(|(_, coat)| coat).as_deref())
     }
 
     /// The chart of speed and accuracy.
@@ -237,7 +237,8 @@ impl Workstation {
             };
             let adapter = if p.backend == Backend::Cpu { p.adapter.replacen("cpu", "CPU", 1) } else { p.adapter.clone() };
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
-                under::show(ui, &self.bench);
+                let painting = self.panels.painting(&self.bench.work);
+                under::show(ui, &self.bench, painting.map(|(_, coat)| coat).as_deref());
                 if ui.available_width() < QUALITY {
                     return;
                 }

@@ -1,25 +1,27 @@
 //! What lies under the mouse, in any view: a line of the status.
 
 use super::bench::Bench;
-use bregma_field::Unit;
+use bregma_field::{Unit, WorldPoint};
 use bregma_session::Held;
+use bregma_session::coat::Coat;
 use egui::{Label, RichText, Ui};
 use glam::DVec3;
 
 /// Shows it, cut off where there is no room, with the samples' numbers where the mouse rests on it.
-pub fn show(ui: &mut Ui, bench: &Bench) {
-    let text = text(bench);
+pub fn show(ui: &mut Ui, bench: &Bench, map: Option<&dyn Coat>) {
+    let text = text(bench, map);
     if !text.is_empty() {
         ui.add(Label::new(RichText::new(text)).truncate());
         ui.weak("·");
     }
 }
 
-/// Each scan's value and where among its samples that is, and the place; nothing beside the scans.
-pub fn text(bench: &Bench) -> String {
+/// The number of the map that is shown, each scan's value and where among its samples that is, and the place; nothing beside the scans.
+pub fn text(bench: &Bench, map: Option<&dyn Coat>) -> String {
     let Some(point_mm) = bench.under_mm else { return String::new() };
     let held: Vec<String> = bench.work.opened.held_at(point_mm).iter().map(of_scan).collect();
-    [held, vec![place(point_mm)]].concat().join("  ·  ")
+    let told = map.and_then(|map| map.told_at(WorldPoint(point_mm)));
+    [told.into_iter().collect(), held, vec![place(point_mm)]].concat().join("  ·  ")
 }
 
 fn of_scan(Held { scan, value, unit, index }: &Held) -> String {

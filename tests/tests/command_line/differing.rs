@@ -29,7 +29,11 @@ fn a_difference_is_written_told_and_verified() {
     assert_eq!(bregma(&folder, "verify map/other.json").status.code(), Some(1));
     // A place where nothing differs, and one where nothing is.
     ok(&folder, "difference a.nrrd b.nrrd --out vault --size 80x60 --only 0,0,80,25");
-    fails(&folder, "difference a.nrrd b.nrrd --out none --size 80x60 --only 500,0,0,5", &["nothing of the one surface", "choose another place"]);
+    fails(
+        &folder,
+        "difference a.nrrd b.nrrd --out none --size 80x60 --only 500,0,0,5",
+        &["nothing of the one surface", "choose another place"],
+    );
     assert_eq!(bregma(&folder, "difference a.nrrd --out none").status.code(), Some(2));
     let sides = stdout(&ok(&folder, "difference a.nrrd --by asymmetry --out sides --size 80x60"));
     assert!(sides.contains("mirrored"), "{sides}");

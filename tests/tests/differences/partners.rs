@@ -8,6 +8,7 @@ use bregma_measure::partner::{Partner, Partners};
 use bregma_synthetic::{Which, skull};
 use bregma_tests::{data, volume};
 use rayon::prelude::*;
+use std::path::Path;
 use std::time::Instant;
 
 /// Two surfaces of which one's points are looked for on the other.
@@ -137,6 +138,41 @@ fn partners_are_those_that_trying_everything_finds() {
     }
 }
 
+fn scan(file: &Path) -> Arc<Volume> {
+    Arc::new(formats::open(file, &Default::default(), &Progress::default()).unwrap())
+}
+
+/// Two mice by their landmarks.
+fn mice(folder: &Path) -> Pair {
+    let [a, b] = ["C57BL6_J_", "DBA_2J_"].map(|name| scan(&folder.join(format!("mouse/{name}.nii.gz"))));
+    let pose = read_transform(&folder.join("mouse/rigid_from_landmarks.json"), "C57BL6_J_", &["DBA_2J_"]).unwrap().transform;
+    Pair { name: "mice", a: Surface::new(&a, 70.0, pose).unwrap(), b: surface(&b, 70.0) }
+}
+
+#[test]
+fn partners_on_real_scans_are_those_that_trying_everything_finds() {
+    // As above, on what scanners and people leave: noise, unlike steps, sheared grids, another individual.
+    let Some(folder) = data("partners on real scans") else { return };
+    let mut random = Random(21);
+    let mut moved = |name: &'static str, file: &str, iso: f64| {
+        let volume = scan(&folder.join(file));
+        let middle = volume.grid().corners_mm().iter().sum::<DVec3>() / 8.0;
+        let pose = motion(&mut random, middle, 1.0, 1.0);
+        Pair { name, a: Surface::new(&volume, iso, pose).unwrap(), b: surface(&volume, iso) }
+    };
+    let mut pairs = vec![moved("cranium", "cranium-invesalius/Cranium.nhdr", 300.0), moved("CThead", "cthead-unc/CThead.nhdr", 1300.0)];
+    pairs.push(mice(&folder));
+    let [straight, tilted] = ["straight", "tilted"].map(|name| scan(&folder.join("phantom-philips").join(name)));
+    pairs.push(Pair { name: "phantom, straight on tilted", a: surface(&straight, 226.0), b: surface(&tilted, 226.0) });
+    pairs.push(Pair { name: "phantom, tilted on straight", a: surface(&tilted, 226.0), b: surface(&straight, 226.0) });
+    for pair in &pairs {
+        let found = compare(pair, points(60));
+        told(pair.name, &found);
+        assert!(found.closest_missed == 0 && found.closest_off < 1e-6 && found.off_surface < 1e-9);
+        assert!(found.partner_wrong == 0 && found.partner_off < 1e-6);
+    }
+}
+
 fn cpu_seconds() -> f64 {
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap();
     let fields: Vec<&str> = stat.rsplit(')').next().unwrap().split_whitespace().collect();
@@ -146,15 +182,7 @@ fn cpu_seconds() -> f64 {
 #[test]
 fn partners_cost() {
     let pair = match data("partners of a mouse") {
-        Some(folder) => {
-            let [a, b] = ["C57BL6_J_", "DBA_2J_"].map(|name| {
-                let file = folder.join("mouse").join(format!("{name}.nii.gz"));
-                Arc::new(formats::open(&file, &Default::default(), &Progress::default()).unwrap())
-            });
-            let poses = folder.join("mouse/rigid_from_landmarks.json");
-            let pose = read_transform(&poses, "C57BL6_J_", &["DBA_2J_"]).unwrap().transform;
-            Pair { name: "mice", a: Surface::new(&a, 70.0, pose).unwrap(), b: surface(&b, 70.0) }
-        }
+        Some(folder) => mice(&folder),
         None => demo_pair(256),
     };
     let mesh = Mesh::of(&pair.a, &Progress::default()).unwrap();

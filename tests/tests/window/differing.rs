@@ -27,6 +27,10 @@ fn a_map_of_differences_is_measured_painted_and_leads_to_rays() {
     window.get_by_label("Legend of the difference");
     window.get_by_label_contains("stands out over");
     screenshot(&mut window, "differences.png");
+    let target = on_bone(&window);
+    window.event(egui::Event::PointerMoved(target));
+    window.run_steps(4);
+    assert!(window.state().under().contains("difference "), "{}", window.state().under());
     // The other surface wears the same map.
     choose(&mut window, Role::RadioButton, "on skull B");
     assert!(window.state().picture().unwrap().volume_id.contains(&2));
