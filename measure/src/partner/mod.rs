@@ -6,7 +6,7 @@ mod tree;
 use bregma_field::interpolant::{corners, depth_at};
 use bregma_field::{Cancelled, IndexPoint, Progress, Surface, WorldPoint};
 use glam::{DMat3, DVec3, USizeVec3};
-use patch::{Part, Stationary, Trilinear, has_no_foot, stationary};
+use patch::{Part, Stationary, Trilinear, all_stationary, has_no_foot, stationary};
 use tree::Tree;
 
 /// A surface, made ready to be asked for the points that are nearest to others.
@@ -194,9 +194,13 @@ impl InCell<'_> {
         let Some(part) = self.left(part, best) else { return true };
         let metric = &self.partners.metric;
         let Some(found) = stationary(&self.f, part, self.target, metric) else { return false };
-        let [is_nearer, is_taken] = self.take(&found, best);
-        let slides_out = || self.facing.is_some_and(|facing| facing.value(found.point) > 0.0);
-        (is_taken || !is_nearer || slides_out()) && found.is_nearest_in(&self.f, part, metric)
+        let [is_nearer, mut is_taken] = self.take(&found, best);
+        let slides_out = is_nearer && !is_taken && self.facing.is_some_and(|facing| facing.value(found.point) > 0.0);
+        // Its nearest place faces the right way and is none, as it slides out of the cell; another sheet in the cell may have one.
+        if slides_out && self.f.has_sheets() {
+            is_taken = all_stationary(&self.f, part, self.target, metric).fold(false, |taken, other| self.take(&other, best)[1] || taken);
+        }
+        (is_taken || !is_nearer || slides_out) && found.is_nearest_in(&self.f, part, metric)
     }
 
     /// Goes downhill: takes the nearest point of the cell if that is wanted; where it lies on a face, the cell behind that is the next.

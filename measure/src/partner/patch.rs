@@ -71,6 +71,21 @@ impl Trilinear {
         [low, high]
     }
 
+    /// Whether the surface may pass the cell in several sheets: the corners inside, or those outside, do not all hang together along its edges.
+    pub fn has_sheets(&self) -> bool {
+        let inside = self.corners(Part::CELL).iter().enumerate().fold(0_u8, |mask, (c, value)| mask | u8::from(*value >= 0.0) << c);
+        let hangs_together = |corners: u8| {
+            let mut reached = corners & corners.wrapping_neg();
+            for _ in 0..8 {
+                let along_x = (reached & 0x55) << 1 | (reached & 0xAA) >> 1;
+                let along_y = (reached & 0x33) << 2 | (reached & 0xCC) >> 2;
+                reached |= (along_x | along_y | reached << 4 | reached >> 4) & corners;
+            }
+            reached == corners
+        };
+        !(hangs_together(inside) && hangs_together(!inside))
+    }
+
     /// Its second derivatives by x and y, y and z, z and x; those by one axis alone are 0.
     fn mixed(&self, u: DVec3) -> DVec3 {
         let a = &self.0;
@@ -115,7 +130,7 @@ pub(super) fn has_no_foot(f: &Trilinear, part: Part, target: DVec3, metric: &DMa
         let (at, around) = (metric.col(a).dot(middle - target), metric.col(a).abs().dot(half));
         [at - around, at + around]
     });
-    let slope = DMat3::IDENTITY.to_cols_array_2d().map(|axis| f.along(axis.into()).ends(part));
+    let slope = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| f.along(axis).ends(part));
     let is_turned = [0, 1, 2].map(|a| {
         let (b, c) = ((a + 1) % 3, (a + 2) % 3);
         let ([low, high], [less, more]) = (product(away[b], slope[c]), product(away[c], slope[b]));
@@ -164,10 +179,20 @@ const NO_NEARER: f64 = 1e-6;
 const MOST_HALVINGS: usize = 30;
 
 /// A point of {f = 0} in `part` that none beside it is nearer to `target` than, by Newton's method along the surface: from where it crosses an edge
-/// of the part, always on it and always nearer, with the part's ends as bounds (Nocedal and Wright, 16.5 and 18.1). `None` where the surface
-/// crosses no edge, or that does not settle.
+/// of the part, always on it and always nearer, with the part's ends as bounds (Nocedal and Wright, 16.5 and 18.1). Of the edges the one that is
+/// crossed nearest. `None` where the surface crosses no edge, or that does not settle.
 pub(super) fn stationary(f: &Trilinear, part: Part, target: DVec3, metric: &DMat3) -> Option<Stationary> {
-    let mut at = OnSurface::begin(f, part, target, metric)?;
+    let nearest = OnSurface::at_edges(f, part, target, metric).min_by(|a, b| a.square.total_cmp(&b.square))?;
+    downhill(nearest, f, part, target, metric)
+}
+
+/// The same from every edge that the surface crosses: where it has several sheets, or bends, they may lead to several places.
+pub(super) fn all_stationary<'a>(f: &'a Trilinear, part: Part, target: DVec3, metric: &'a DMat3) -> impl Iterator<Item = Stationary> + 'a {
+    OnSurface::at_edges(f, part, target, metric).filter_map(move |start| downhill(start, f, part, target, metric))
+}
+
+fn downhill(start: OnSurface, f: &Trilinear, part: Part, target: DVec3, metric: &DMat3) -> Option<Stationary> {
+    let mut at = start;
     for _ in 0..MOST_STEPS {
         let (gradient, pull) = (f.gradient(at.u), *metric * (at.u - target));
         let multiplier = at.multiplier(gradient, pull)?;
@@ -200,26 +225,20 @@ struct OnSurface {
 }
 
 impl OnSurface {
-    /// Of the points where the surface crosses the part's edges, the nearest.
-    fn begin(f: &Trilinear, part: Part, target: DVec3, metric: &DMat3) -> Option<Self> {
-        let corner = |c: usize| DVec3::select(glam::BVec3::new(c & 1 == 1, c & 2 == 2, c & 4 == 4), part.high, part.low);
+    /// Where the surface crosses the part's edges.
+    fn at_edges<'a>(f: &Trilinear, part: Part, target: DVec3, metric: &'a DMat3) -> impl Iterator<Item = Self> + 'a {
+        let corner = move |c: usize| DVec3::select(glam::BVec3::new(c & 1 == 1, c & 2 == 2, c & 4 == 4), part.high, part.low);
         let values = f.corners(part);
-        let mut best: Option<Self> = None;
-        for c in 0..8_usize {
-            for axis in 0..3 {
-                let other = c | 1 << axis;
-                if other == c || (values[c] >= 0.0) == (values[other] >= 0.0) {
-                    continue;
-                }
-                let u = corner(c).lerp(corner(other), values[c] / (values[c] - values[other]));
-                let square = (u - target).dot(*metric * (u - target));
-                if best.as_ref().is_none_or(|b| square < b.square) {
-                    let held = [0, 1, 2].map(|a| if a == axis { 0 } else { ((c >> a & 1) * 2) as i8 - 1 });
-                    best = Some(Self { u, square, held });
-                }
+        let edges = (0..8_usize).flat_map(|c| (0..3).filter(move |axis| c >> axis & 1 == 0).map(move |axis| (c, axis)));
+        edges.filter_map(move |(c, axis)| {
+            let other = c | 1 << axis;
+            if (values[c] >= 0.0) == (values[other] >= 0.0) {
+                return None;
             }
-        }
-        best
+            let u = corner(c).lerp(corner(other), values[c] / (values[c] - values[other]));
+            let square = (u - target).dot(*metric * (u - target));
+            Some(Self { u, square, held: [0, 1, 2].map(|a| if a == axis { 0 } else { ((c >> a & 1) * 2) as i8 - 1 }) })
+        })
     }
 
     /// The multiplier that leaves the least pull along the axes that nothing holds.
