@@ -59,7 +59,7 @@ def by_vtk(points, vertices, triangles):
     cells = np.hstack([np.full((len(triangles), 1), 3), triangles]).astype(np.int64)
     mesh, array, lattice = vtk.vtkPolyData(), vtk.vtkPoints(), vtk.vtkCellArray()
     array.SetData(numpy_to_vtk(vertices, deep=True))
-    lattice.SetCells(len(triangles), vtk.util.numpy_support.numpy_to_vtkIdTypeArray(cells.ravel(), deep=True))
+    lattice.ImportLegacyFormat(vtk.util.numpy_support.numpy_to_vtkIdTypeArray(cells.ravel(), deep=True))
     mesh.SetPoints(array)
     mesh.SetPolys(lattice)
     distance = vtk.vtkImplicitPolyDataDistance()
