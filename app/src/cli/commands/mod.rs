@@ -12,6 +12,7 @@ mod render;
 mod stability;
 mod thickness;
 mod verify;
+mod volume;
 
 pub use bench::bench;
 pub use chart::chart;
@@ -25,3 +26,4 @@ pub use render::render;
 pub use stability::stability;
 pub use thickness::thickness;
 pub use verify::verify;
+pub use volume::volume;
