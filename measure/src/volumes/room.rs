@@ -11,7 +11,8 @@ use bregma_field::{Cancelled, Progress, Sample, Store, Surface, with_block};
 use glam::DVec3;
 use rayon::prelude::*;
 use rstar::RTree;
-use std::collections::{BinaryHeap, HashMap, VecDeque};
+use std::cmp::Reverse;
+use std::collections::{BinaryHeap, VecDeque};
 
 /// Empty space within a scan's box.
 pub struct Room<'a> {
@@ -83,8 +84,9 @@ impl<'a> Room<'a> {
         point_of(self.surface, self.index(n))
     }
 
-    fn is_at_box(&self, n: usize) -> bool {
-        self.index(n).iter().zip(self.dims).any(|(i, n)| *i == 0 || *i + 1 == n)
+    /// Steps to the nearest side of the scan's box.
+    fn to_box(&self, n: usize) -> usize {
+        self.index(n).into_iter().zip(self.dims).map(|(i, n)| i.min(n - 1 - i)).fold(usize::MAX, usize::min)
     }
 
     /// The samples beside one within the scan, empty or not.
@@ -100,7 +102,7 @@ impl<'a> Room<'a> {
 
     /// The empty samples beside one that no disc parts from it.
     fn joined(&self, n: usize) -> impl Iterator<Item = usize> {
-        let from = self.point_mm(n);
+        let from = if self.discs.is_empty() { DVec3::ZERO } else { self.point_mm(n) };
         self.beside(n).filter(move |m| self.is_empty[*m] && !self.discs.iter().any(|disc| disc.parts(from, self.point_mm(*m))))
     }
 
@@ -164,7 +166,7 @@ impl<'a> Room<'a> {
             if count.is_multiple_of(1 << 16) {
                 progress.advance(0)?;
             }
-            if !open && self.is_at_box(n) {
+            if !open && self.to_box(n) == 0 {
                 return Ok(None);
             }
             for m in self.joined(n) {
@@ -229,27 +231,28 @@ impl<'a> Room<'a> {
 
     fn way(&self, from: usize, nearest: &Nearest, most_mm: f64, progress: &Progress) -> Result<Option<WayOut>, Cancelled> {
         let step = self.step_mm();
-        // Floats that are not negative are ordered as their bits are.
+        // Of ways as wide as each other that which is nearest to the box goes on. Floats that are not negative are ordered as their bits are.
         let mut heap = BinaryHeap::new();
-        let mut parents: HashMap<usize, usize> = HashMap::from([(from, from)]);
+        let mut parents = vec![usize::MAX; self.len()];
+        parents[from] = from;
         let start = nearest.distance_mm(self.point_mm(from));
-        heap.push((start.min(most_mm).to_bits(), from, start.to_bits()));
+        heap.push((start.min(most_mm).to_bits(), Reverse(self.to_box(from)), from, start.to_bits()));
         let mut count = 0_u64;
-        while let Some((width, n, least)) = heap.pop() {
+        while let Some((width, Reverse(to_box), n, least)) = heap.pop() {
             count += 1;
             if count.is_multiple_of(1 << 14) {
                 progress.advance(0)?;
             }
-            if self.is_at_box(n) {
+            if to_box == 0 {
                 return Ok(Some(self.narrowest(&parents, n, nearest)));
             }
             let least = f64::from_bits(least);
             for m in self.joined(n) {
-                if let std::collections::hash_map::Entry::Vacant(new) = parents.entry(m) {
-                    new.insert(n);
+                if parents[m] == usize::MAX {
+                    parents[m] = n;
                     let bound = least - step;
                     let there = if bound >= most_mm { bound } else { nearest.distance_mm(self.point_mm(m)) };
-                    heap.push((f64::from_bits(width).min(there).to_bits(), m, there.to_bits()));
+                    heap.push((f64::from_bits(width).min(there).to_bits(), Reverse(self.to_box(m)), m, there.to_bits()));
                 }
             }
         }
@@ -257,10 +260,10 @@ impl<'a> Room<'a> {
     }
 
     /// The narrowest place of the way that ends at `end`.
-    fn narrowest(&self, parents: &HashMap<usize, usize>, end: usize, nearest: &Nearest) -> WayOut {
+    fn narrowest(&self, parents: &[usize], end: usize, nearest: &Nearest) -> WayOut {
         let mut way = vec![end];
-        while let Some(parent) = way.last().and_then(|n| parents.get(n)).filter(|parent| Some(*parent) != way.last()) {
-            way.push(*parent);
+        while let Some(parent) = way.last().map(|n| parents[*n]).filter(|parent| Some(parent) != way.last()) {
+            way.push(parent);
         }
         way.reverse();
         let points: Vec<DVec3> = way.iter().map(|n| self.point_mm(*n)).collect();
