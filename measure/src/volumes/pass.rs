@@ -24,6 +24,11 @@ const FINE: [[f64; 2]; 3] = [[0.112_701_665_379_258_3, 5.0 / 18.0], [0.5, 8.0 / 
 /// Those of the coarser rule.
 const COARSE: [[f64; 2]; 2] = [[0.211_324_865_405_187_1, 0.5], [0.788_675_134_594_812_9, 0.5]];
 
+/// Of the hat function that interpolation smooths samples by along each axis, on average over all places between them; voxel².
+const HAT_VARIANCE: f64 = 1.0 / 6.0;
+/// In walls thinner than a voxel differences over several show hardly any gradient: no less than this part of the cell's own is taken.
+const LEAST_STEEP: f64 = 0.25;
+
 /// A further bound of the solid within one of its cells, as values at the corners: inside is not below 0.
 pub trait Bound: Sync {
     /// Whether the samples count that are not below the level, or those that are below.
@@ -101,6 +106,8 @@ struct Cell<'a> {
     /// Second derivatives, sample units per mm² and per voxel².
     hessian: DMat3,
     bends: DVec3,
+    /// The gradient as far as second derivatives are smoothed, per mm.
+    steepness: f64,
     bound: Option<[f64; 8]>,
     is_cut: bool,
     other: Side,
@@ -167,10 +174,10 @@ impl<'a, B: Bound> Pass<'a, B> {
             sums.alone.cell(1.0 - part, 1.0 - part);
             return;
         }
-        let bends = if count < 8 { self.bends(block, index) } else { DVec3::ZERO };
+        let [bends, slopes] = if count < 8 { self.bends(block, index) } else { [DVec3::ZERO; 2] };
         let hessian = if count < 8 { self.to_mm * twists(f, bends) * self.to_mm.transpose() } else { DMat3::ZERO };
         let bound = (bound == Side::Between).then(|| self.bound.values(index, f));
-        let cell = Cell { at, f, hessian, bends, bound, is_cut: region == Side::Between, other };
+        let cell = Cell { at, f, hessian, bends, steepness: (self.to_mm * slopes).length(), bound, is_cut: region == Side::Between, other };
         self.add(&cell, sums, cuts);
         if count < 8 {
             (0..3).for_each(|axis| self.crossings(&cell, axis, sums));
@@ -212,29 +219,33 @@ impl<'a, B: Bound> Pass<'a, B> {
         sums.alone.cell(own[0] - shared[0], own[1] - shared[1]);
     }
 
-    /// Second differences along the axes, per voxel², the mean of the cell's corners; where the grid ends, nothing bends.
-    fn bends<T: Sample>(&self, block: &Block<'_, T>, index: [usize; 3]) -> DVec3 {
+    /// Second differences along the axes, per voxel², and the gradient per voxel, both the mean of the cell's corners; where the grid ends,
+    /// nothing bends.
+    fn bends<T: Sample>(&self, block: &Block<'_, T>, index: [usize; 3]) -> [DVec3; 2] {
         let dims = self.surface.grid.dims();
-        let along = |a: usize| {
+        let (mut bends, mut slopes) = (DVec3::ZERO, DVec3::ZERO);
+        for a in 0..3 {
             if index[a] == 0 || index[a] + 2 >= dims[a] {
-                return 0.0;
+                continue;
             }
             let (u, v) = ((a + 1) % 3, (a + 2) % 3);
-            let mut sum = 0.0;
             for corner in 0..4 {
                 let mut at = index;
                 at[u] += corner & 1;
                 at[v] += corner >> 1;
                 at[a] -= 1;
-                for factor in [1.0, -1.0, -1.0, 1.0] {
-                    sum += factor * block.at(at).to_f64();
-                    at[a] += 1;
-                }
+                let row = [0, 1, 2, 3].map(|n| {
+                    at[a] = index[a] + n - 1;
+                    self.sign() * block.at(at).to_f64()
+                });
+                // Four rows, and two differences in each.
+                bends[a] += (row[0] - row[1] - row[2] + row[3]) / 8.0;
+                // A third of the difference across the cell and two of those across it and its neighbours are smoothed along the axis as much
+                // as the second difference is: by a variance of 5/12 voxel².
+                slopes[a] += (row[2] - row[1]) / 12.0 + (row[3] + row[2] - row[1] - row[0]) / 24.0;
             }
-            // Four rows, and two differences in each.
-            self.sign() * sum / 8.0
-        };
-        DVec3::new(along(0), along(1), along(2))
+        }
+        [bends, slopes]
     }
 
     /// The part of a line through the point `foot` of the cell's face that is in the solid: from where to where, empty where it is not.
@@ -282,22 +293,26 @@ impl<'a, B: Bound> Pass<'a, B> {
     /// What a place counts where the line along `axis` crosses the surface.
     fn crossing(&self, cell: &Cell<'_>, axis: usize, local: DVec3, weight: f64, sums: &mut Sums) {
         let g = gradient(cell.f, local);
-        let steepness = self.to_mm * g;
-        let slope = steepness.length();
+        let rise = self.to_mm * g;
+        let slope = rise.length();
         // dA/|∇f| in the world is det·dA/|∇f| of index space.
         let per_level = weight * self.cell_mm3 * g[axis].abs() / g.length_squared();
         let area_mm2 = per_level * slope;
-        let normal = -steepness / slope;
+        let normal = -rise / slope;
         let point_mm = world(self.surface, cell.at + local);
-        let across = cell.hessian.x_axis.x + cell.hessian.y_axis.y + cell.hessian.z_axis.z - normal.dot(cell.hessian * normal);
-        let tent = self.surface.grid.index_to_world().matrix3.transpose() * normal;
-        let interpolated = (cell.bends.element_sum() - normal.dot(cell.hessian * normal) * tent.length_squared()) / 6.0;
+        // What blur of a variance moves is half of it times the second derivatives without that along the normal, which on average over a
+        // boundary is none, over the gradient; both as smooth as each other, since an edge is often narrower than differences reach.
+        let along = normal.dot(cell.hessian * normal);
+        let bent = cell.hessian.x_axis.x + cell.hessian.y_axis.y + cell.hessian.z_axis.z - along;
+        let across = self.surface.grid.index_to_world().matrix3.transpose() * normal;
+        let bent_voxel = cell.bends.element_sum() - along * across.length_squared();
+        let half_area = -0.5 * area_mm2 / cell.steepness.max(LEAST_STEEP * slope);
         let skin = Skin {
             area_mm2,
             per_level,
             per_noise: per_level / slope,
-            per_blur: -0.5 * across * per_level,
-            by_interpolation: -0.5 * interpolated * per_level,
+            per_blur: half_area * bent,
+            by_interpolation: half_area * bent_voxel * HAT_VARIANCE,
             pull_mm2: normal * area_mm2,
             moment_mm3: point_mm.cross(normal) * area_mm2,
         };

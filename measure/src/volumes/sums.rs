@@ -14,7 +14,7 @@ pub struct Skin {
     pub per_noise: f64,
     /// ½∮ (κ₁ + κ₂) dA: how the volume falls per mm² of the variance of blur, by the surface's curvature; mm.
     pub per_blur: f64,
-    /// How it falls by what linear interpolation blurs (see `interpolation_mm3` of the errors), mm³.
+    /// How it has fallen by what linear interpolation between samples does as blur does, mm³.
     pub by_interpolation: f64,
     /// ∮ n dA, mm²: how the volume grows where the solid alone is moved, per mm.
     pub pull_mm2: DVec3,
