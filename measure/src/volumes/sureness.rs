@@ -15,8 +15,8 @@ const PLACES: usize = 300;
 const FAR_VOXEL: f64 = 12.0;
 /// Blur that is wider than what an edge is fitted to is none: values change there as in a map of distances, not as at an edge.
 const MOST_BLUR_VOXEL: f64 = 3.0;
-/// The correction for blur is of first order and its curvatures are smoothed: on balls and shells of 5 to 16 voxels it is off by a tenth of
-/// itself (docs/volumes.md).
+/// The correction for blur is off by so much of itself where the isovalue is off by its tolerance, since differences between samples do not
+/// quite part what bends along a boundary from what bends across it, and on small balls, since it is of first order (docs/volumes.md).
 const CORRECTION_OFF: f64 = 0.1;
 /// ∫ hat² for a hat of one voxel to each side: a sample's weight squared, over all places that the surface may have between two (see
 /// `noise_mm3`).
@@ -109,8 +109,7 @@ impl Bounding<'_> {
     fn blurred_mm3(&self) -> [f64; 2] {
         let sharp = self.known.sharpness.unwrap_or_default();
         let by_blur = self.skin.per_blur * sharp.blur_mm2;
-        let blurred = self.sign * (by_blur + self.skin.by_interpolation);
-        [blurred, (self.skin.per_blur * sharp.blur_spread_mm2).hypot(CORRECTION_OFF * blurred)]
+        [self.sign * (by_blur + self.skin.by_interpolation), self.skin.per_blur * sharp.blur_spread_mm2]
     }
 
     /// Standard deviation by noise: sample i moves the volume by nᵢ·∮ φᵢ dA/|∇f|, φᵢ the hat that interpolation gives it. Where the surface
@@ -184,7 +183,8 @@ impl Measure {
                 error_mm3: square.sqrt() + blurred_mm3.abs(),
             },
             unblurred_mm3: volume_mm3 + blurred_mm3,
-            unblurred_error_mm3: square.sqrt().hypot(together(&|b| b.blurred_mm3()[1])),
+            // The correction errs with the isovalue, so that both are added as they are.
+            unblurred_error_mm3: square.sqrt().hypot(together(&|b| b.blurred_mm3()[1])) + CORRECTION_OFF * blurred_mm3.abs(),
             area_mm2: bounds.iter().map(|b| b.skin.area_mm2).sum(),
             per_isovalue_mm3: bounds.iter().map(Bounding::per_value_mm3).sum(),
         }

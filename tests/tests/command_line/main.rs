@@ -4,6 +4,7 @@
 
 mod measuring;
 mod registering;
+mod volumes;
 
 use serde_json::Value;
 use std::path::{Path, PathBuf};
