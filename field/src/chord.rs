@@ -45,9 +45,9 @@ fn root(b: [f64; 4]) -> f64 {
         let value = m * m * (m * b[0] + 3.0 * u * b[1]) + u * u * (3.0 * m * b[2] + u * b[3]);
         let slope = 3.0 * (m * m * (b[1] - b[0]) + 2.0 * m * u * (b[2] - b[1]) + u * u * (b[3] - b[2]));
         if (value >= 0.0) == (b[0] >= 0.0) {
-            low = u
+            low = u;
         } else {
-            high = u
+            high = u;
         }
         let newton = u - value / slope;
         let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };

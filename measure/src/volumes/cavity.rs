@@ -6,35 +6,18 @@
 //! the ball does not pass, where the ball's own surface comes to, half a voxel farther out so that bone and not the ball bounds it everywhere
 //! else.
 
+use super::bone::{Limits, MeasuredBone, known, measured_bone};
+pub use super::error::CavityError;
+use super::error::{VolumesError, told};
+use super::other::Side;
 use super::pass::{Bound, pass, rows_of};
-use super::room::{Nearest, Room, WayOut};
+pub use super::room::Disc;
+use super::room::{Nearest, Reached, Room};
 use super::sureness::{Bounding, Measure};
-use super::{Limits, MeasuredBone, VolumesError, known, measured_bone, other::Side};
-use crate::numbers::fixed;
 use bregma_field::{IndexPoint, Measured, Progress, Surface, Volume, WorldPoint};
 use glam::{DVec3, USizeVec3};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
-use thiserror::Error;
-
-/// What closes an opening: a flat round lid.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Disc {
-    /// Its middle, LPS mm.
-    pub centre_mm: DVec3,
-    /// Across it; unit.
-    pub normal: DVec3,
-    /// Its radius.
-    pub radius_mm: f64,
-}
-
-impl Disc {
-    /// Whether the way from one point straight to another goes through it.
-    pub fn parts(&self, from: DVec3, to: DVec3) -> bool {
-        let [a, b] = [from, to].map(|p| (p - self.centre_mm).dot(self.normal));
-        (a >= 0.0) != (b >= 0.0) && from.lerp(to, a / (a - b)).distance(self.centre_mm) <= self.radius_mm
-    }
-}
 
 /// A cavity that is to be measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -58,47 +41,6 @@ pub struct MeasuredCavity {
     pub cavity: Cavity,
     /// How large it is.
     pub measure: Measure,
-}
-
-/// Why a cavity is not measured.
-#[derive(Clone, Debug, Error, PartialEq)]
-pub enum CavityError {
-    /// The seed is not in the scan.
-    #[error("the seed of the cavity at {} lies outside the scan, or outside what is measured of it; give a point inside", told(*.0))]
-    Outside(DVec3),
-    /// The seed is in bone.
-    #[error("the seed of the cavity at {} lies in bone; give a point in the cavity", told(*.0))]
-    InBone(DVec3),
-    /// The ball does not fit at the seed.
-    #[error(
-        "the ball of {} mm does not fit at the seed of the cavity at {}, where bone is {} mm away; give a point where it does, or a smaller ball",
-        fixed(*ball_mm, 2), told(*seed_mm), fixed(*room_mm, 2)
-    )]
-    NoRoom {
-        /// The seed.
-        seed_mm: DVec3,
-        /// The ball's radius.
-        ball_mm: f64,
-        /// How much there is.
-        room_mm: f64,
-    },
-    /// The cavity is open.
-    #[error(
-        "the cavity at {} leaks to the outside: its widest way out is narrowest at {}, {} mm from bone; close it there with --close {},{},{},{},{},{},RADIUS, or let only a ball larger than that pass (--sphere-passes)",
-        told(*seed_mm), told(way.at_mm), fixed(way.radius_mm, 2),
-        fixed(way.at_mm.x, 1), fixed(way.at_mm.y, 1), fixed(way.at_mm.z, 1),
-        fixed(way.along.x, 2), fixed(way.along.y, 2), fixed(way.along.z, 2)
-    )]
-    Leak {
-        /// The seed.
-        seed_mm: DVec3,
-        /// The widest way out.
-        way: WayOut,
-    },
-}
-
-fn told(p: DVec3) -> String {
-    format!("{}, {}, {} mm", fixed(p.x, 1), fixed(p.y, 1), fixed(p.z, 1))
 }
 
 /// The volume of a cavity in the bone of `volume`. `progress` counts layers of samples and rows of bricks.
@@ -134,7 +76,7 @@ fn fill(room: &Room<'_>, cavity: &Cavity, open: bool, progress: &Progress) -> Re
             return Err(CavityError::NoRoom { seed_mm: cavity.seed_mm, ball_mm, room_mm }.into());
         }
     }
-    let Some((core, rim)) = room.reached(seed, ball, open, progress)? else {
+    let Some(Reached { is_reached: core, rim }) = room.reached(seed, ball, open, progress)? else {
         let nearest = nearest.map_or_else(|| room.surface_points(progress), Ok)?;
         let way = room.way_out(seed, &nearest, progress)?;
         // The fill has just gone out, so there is a way.

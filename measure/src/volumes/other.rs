@@ -154,3 +154,8 @@ pub fn world(surface: &Surface, point: DVec3) -> DVec3 {
     let WorldPoint(point) = surface.grid.world(IndexPoint(point));
     point
 }
+
+/// Where a sample lies, LPS mm.
+pub fn point_of(surface: &Surface, at: [usize; 3]) -> DVec3 {
+    world(surface, DVec3::from(at.map(|n| n as f64)))
+}

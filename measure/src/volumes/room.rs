@@ -5,14 +5,33 @@
 //! are those to the nearest point where the bone's surface crosses a line between two samples: never too short, and at most about h²/4d longer
 //! than that to the surface itself (voxel h, distance d).
 
-use super::cavity::Disc;
-use super::point_of;
+use super::other::point_of;
 use bregma_field::{Cancelled, Progress, Sample, Store, Surface, with_block};
 use glam::DVec3;
 use rayon::prelude::*;
 use rstar::RTree;
+use serde::{Deserialize, Serialize};
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, VecDeque};
+
+/// What closes an opening: a flat round lid.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Disc {
+    /// Its middle, LPS mm.
+    pub centre_mm: DVec3,
+    /// Across it; unit.
+    pub normal: DVec3,
+    /// Its radius.
+    pub radius_mm: f64,
+}
+
+impl Disc {
+    /// Whether the way from one point straight to another goes through it.
+    pub fn parts(&self, from: DVec3, to: DVec3) -> bool {
+        let [a, b] = [from, to].map(|p| (p - self.centre_mm).dot(self.normal));
+        (a >= 0.0) != (b >= 0.0) && from.lerp(to, a / (a - b)).distance(self.centre_mm) <= self.radius_mm
+    }
+}
 
 /// Empty space within a scan's box.
 pub struct Room<'a> {
@@ -31,6 +50,14 @@ pub struct WayOut {
     pub radius_mm: f64,
     /// Where the way goes there; unit.
     pub along: DVec3,
+}
+
+/// What a ball's middle reaches.
+pub struct Reached {
+    /// For each sample, whether it is.
+    pub is_reached: Vec<bool>,
+    /// Where ways end since bone is just as near as it may be, LPS mm.
+    pub rim: Vec<[f64; 3]>,
 }
 
 /// Nearest points.
@@ -57,7 +84,7 @@ impl<'a> Room<'a> {
             let number = |n: usize| {
                 let at = [n % dims[0], n / dims[0] % dims[1], n / (dims[0] * dims[1])];
                 let is_bone = f64::from(surface.sign) * (block.at(at).to_f64() - level) >= 0.0;
-                !is_bone && !(is_cut && surface.region.depth_mm(point_of(surface, at)) < 0.0)
+                !(is_bone || is_cut && surface.region.depth_mm(point_of(surface, at)) < 0.0)
             };
             (0..surface.grid.len()).into_par_iter().map(number).collect()
         });
@@ -143,15 +170,15 @@ impl<'a> Room<'a> {
         self.surface.grid.spacing_mm().max_element()
     }
 
-    /// All empty samples that are reached from `from` by ways on which bone is at least `room_mm` away, true for each; and of the last step of
-    /// each way that ends since bone is too near, the place where it is just so near, LPS mm. `None`: the ways lead out of the scan's box.
+    /// All empty samples that are reached from `from` by ways on which bone is at least `room_mm` away. `None`: the ways lead out of the scan's
+    /// box.
     pub fn reached(
         &self,
         from: usize,
         room: Option<(f64, &Nearest)>,
         open: bool,
         progress: &Progress,
-    ) -> Result<Option<(Vec<bool>, Vec<[f64; 3]>)>, Cancelled> {
+    ) -> Result<Option<Reached>, Cancelled> {
         let mut reached = vec![false; self.len()];
         let (mut rim, mut known) = (vec![], VecDeque::new());
         let distance = |n: usize| room.map_or(f64::INFINITY, |(_, nearest)| nearest.distance_mm(self.point_mm(n)));
@@ -185,7 +212,7 @@ impl<'a> Room<'a> {
                 }
             }
         }
-        Ok(Some((reached, rim)))
+        Ok(Some(Reached { is_reached: reached, rim }))
     }
 
     /// What is reached from samples that are already, no farther than `far_mm` from the points of their `rim`: `far_mm` less that distance for

@@ -1,10 +1,12 @@
 use super::cavity::{Cavity, CavityError, Disc, cavity};
+use super::pass::{Whole, pass};
 use super::*;
-use bregma_field::{Grid, Raster, Samples, Shape};
+use bregma_field::{Clip, Grid, Measured, Progress, Raster, Samples, Shape, Surface, Unit, Volume};
 use bregma_synthetic::Random;
 use bregma_synthetic::analytic::{Plane, Shell, Sphere, sampled};
-use glam::{DAffine3, DMat3, DQuat};
+use glam::{DAffine3, DMat3, DQuat, DVec3};
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 fn measured(iso: f64) -> Measured {
     Measured { iso, transform: DAffine3::IDENTITY, residual_mm: None, covariance: None, visible: true }
