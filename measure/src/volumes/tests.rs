@@ -48,7 +48,7 @@ fn half_spaces_and_slabs_are_exact() {
         let normal = DVec3::new(random.unit() - 0.5, random.unit() - 0.5, random.unit() - 0.5).normalize();
         let half = Plane { point: DVec3::splat(0.1), normal }.volume(&grid(17, 0.5));
         let other = Plane { point: DVec3::splat(0.1), normal: -normal }.volume(&grid(17, 0.5));
-        let sum = |v: &Volume| of(&[v.clone()], vec![], true).unwrap().measures[0].volume_mm3;
+        let sum = |v: &Volume| of(std::slice::from_ref(v), vec![], true).unwrap().measures[0].volume_mm3;
         // Samples are float32.
         assert!((sum(&half) + sum(&other) - 512.0).abs() < 0.02, "{normal}: {} {}", sum(&half), sum(&other));
     }
@@ -133,13 +133,13 @@ fn a_scan_without_itself_is_nothing_and_without_what_is_elsewhere_all() {
 fn regions_cut_what_is_measured() {
     // A ball of 6 mm within a ball of 10, a box of 8 × 8 × 8 within, and half. Fails if a region is turned round or its cells are missed.
     let a = Sphere { centre: DVec3::ZERO, radius_mm: 10.0 }.volume(&grid(61, 0.45));
-    let part = |shape: Shape| of(&[a.clone()], vec![Clip::all(shape)], false).unwrap().measures[0].volume_mm3;
+    let part = |shape: Shape| of(std::slice::from_ref(&a), vec![Clip::all(shape)], false).unwrap().measures[0].volume_mm3;
     let within = part(Shape::Sphere { centre_mm: DVec3::splat(1.0), radius_mm: 6.0 });
     assert!((within / ball(6.0) - 1.0).abs() < 2e-4, "{within}");
     // At a box's own edges the rule meets a corner, and says so.
     let within = part(Shape::Box { low_mm: DVec3::new(-4.1, -4.2, -3.0), high_mm: DVec3::new(3.9, 3.8, 5.0) });
     assert!((within - 512.0).abs() < 0.6, "{within}");
-    let whole = of(&[a.clone()], vec![], false).unwrap().measures[0].volume_mm3;
+    let whole = of(std::slice::from_ref(&a), vec![], false).unwrap().measures[0].volume_mm3;
     let half = part(Shape::Plane { normal: DVec3::new(0.6, 0.0, 0.8), offset_mm: 0.0 });
     assert!((half / whole - 0.5).abs() < 2e-4, "{half} {whole}");
 }
@@ -148,9 +148,9 @@ fn regions_cut_what_is_measured() {
 fn a_scan_that_cuts_its_bone_is_refused_unless_told() {
     // Fails if a volume of half a bone is given without a word.
     let half = Sphere { centre: DVec3::X * 13.5, radius_mm: 8.0 }.volume(&grid(61, 0.45));
-    let refused = of(&[half.clone()], vec![], false).unwrap_err();
+    let refused = of(std::slice::from_ref(&half), vec![], false).unwrap_err();
     assert!(refused.to_string().contains("the scan's box cuts the bone"), "{refused}");
-    let opened = of(&[half.clone()], vec![], true).unwrap();
+    let opened = of(std::slice::from_ref(&half), vec![], true).unwrap();
     assert!((opened.measures[0].volume_mm3 / (0.5 * ball(8.0)) - 1.0).abs() < 5e-3 && !opened.notes.is_empty(), "{opened:?}");
     // Within a sphere that does not come to the box all of the bone is there.
     let clip = Clip::all(Shape::Sphere { centre_mm: DVec3::X * 7.0, radius_mm: 4.0 });
