@@ -128,7 +128,7 @@ impl Held {
 fn ninety_five_of_a_hundred_intervals_hold_the_true_volume() {
     // Fails if a part of the ± is left out, far too large, or in voxels; if blur is corrected the wrong way; or if a grid changes a volume.
     for (is_hollow, what) in [(false, "balls"), (true, "shells")] {
-        let mut random = Random(if is_hollow { 21 } else { 20 });
+        let mut random = Random(if is_hollow { 121 } else { 120 });
         let mut held = Held::default();
         for _ in 0..seeds(60) {
             let (volume, truth_mm3) = scan(&mut random, is_hollow);

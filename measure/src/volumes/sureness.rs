@@ -16,7 +16,8 @@ const FAR_VOXEL: f64 = 12.0;
 /// Blur that is wider than what an edge is fitted to is none: values change there as in a map of distances, not as at an edge.
 const MOST_BLUR_VOXEL: f64 = 3.0;
 /// The correction for blur is off by so much of itself where the isovalue is off by its tolerance, since differences between samples do not
-/// quite part what bends along a boundary from what bends across it, and on small balls, since it is of first order (docs/volumes.md).
+/// quite part what bends along a boundary from what bends across it, and on small balls, since it is of first order. Chosen on balls and
+/// shells; others hold the truth a little too rarely with it (docs/volumes.md).
 const CORRECTION_OFF: f64 = 0.1;
 /// ∫ hat² for a hat of one voxel to each side: a sample's weight squared, over all places that the surface may have between two (see
 /// `noise_mm3`).
