@@ -179,6 +179,21 @@ impl Region {
         self.halves.is_empty() && self.rounds.is_empty()
     }
 
+    /// How far within a point is, mm; negative outside, and infinite where nothing is cut away. It changes by at most 1 mm per mm.
+    pub fn depth_mm(&self, p: DVec3) -> f64 {
+        let flat = self.halves.iter().map(|half| half.offset_mm - half.normal.dot(p));
+        let away = |round: &Round| DVec3::from(round.across.map(|half| half.normal.dot(p) - half.offset_mm)).length();
+        flat.chain(self.rounds.iter().map(|round| round.radius_mm - away(round))).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Outward of the cut that is nearest to a point; none where nothing is cut away.
+    pub fn nearest_normal(&self, p: DVec3) -> Option<DVec3> {
+        let flat = self.halves.iter().map(|half| (half.offset_mm - half.normal.dot(p), half.normal));
+        let away = |round: &Round| DVec3::from(round.across.map(|half| half.normal.dot(p) - half.offset_mm)).length();
+        let round = self.rounds.iter().map(|round| (round.radius_mm - away(round), round.normal(p)));
+        flat.chain(round).min_by(|a, b| a.0.abs().total_cmp(&b.0.abs())).map(|(_, normal)| normal)
+    }
+
     /// Where the line `origin + s·direction` is within, for s from `from` to `to`: the first is not the smaller where it is not.
     pub fn interval(&self, origin: DVec3, direction: DVec3, [from, to]: [f64; 2]) -> [End; 2] {
         let mut ends = [from, to].map(|s| End { s, normal: None });
@@ -300,6 +315,7 @@ mod tests {
                 let within = ends[0].s <= s && s <= ends[1].s && s <= 50.0;
                 let depth = depth_mm(&clips, origin + s * direction);
                 assert!(within == (depth >= 0.0 && s <= 50.0) || depth.abs() < 1e-9, "{clips:?} {origin} {direction} {s}: {ends:?}");
+                assert!((region.depth_mm(origin + s * direction) - depth).abs() < 1e-9, "{clips:?} {origin} {direction} {s}");
             }
             if ends[0].s < ends[1].s {
                 kept += 1;
@@ -307,6 +323,8 @@ mod tests {
                     let Some(normal) = end.normal else { continue };
                     let p = origin + end.s * direction;
                     assert!((normal.length() - 1.0).abs() < 1e-9 && outward * normal.dot(direction) > -1e-9, "{clips:?} {end:?}");
+                    let nearest = region.nearest_normal(p).unwrap();
+                    assert!(nearest.dot(normal) > 1.0 - 1e-9 || (depth_mm(&clips, p + 1e-6 * nearest)) < 0.0, "{clips:?} {end:?}");
                     assert!(depth_mm(&clips, p).abs() < 1e-9 && depth_mm(&clips, p + 1e-6 * normal) < 0.0, "{clips:?} {end:?}");
                 }
             }

@@ -337,7 +337,7 @@ fn snapped(line: &IndexLine, t: f64, face: Option<Face>, cells: USizeVec3) -> DV
 
 /// Thrice the Bernstein coefficients of the interpolant along p → q, by its blossom: as in `roots/bernstein.rs`, but written from the
 /// definition. Thrice, since a third is no float64: so they are exact for integers of 17 bits where p and q are multiples of 1/2048.
-fn bernstein(f: &[f64; 8], p: DVec3, q: DVec3) -> [f64; 4] {
+pub(crate) fn bernstein(f: &[f64; 8], p: DVec3, q: DVec3) -> [f64; 4] {
     let at = |x: DVec3, y: DVec3, z: DVec3| interpolant::value(f, DVec3::new(x.x, y.y, z.z));
     [3.0 * at(p, p, p), at(q, p, p) + at(p, q, p) + at(p, p, q), at(q, q, p) + at(q, p, q) + at(p, q, q), 3.0 * at(q, q, q)]
 }

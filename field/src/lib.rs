@@ -6,6 +6,7 @@
 //! with rays, the coefficients of its [`spline`]. (Who makes volumes, as phantoms and tests do, depends on `bregma-volume`.)
 
 mod bounds;
+pub mod chord;
 pub mod clip;
 pub mod crossings;
 pub mod interpolant;

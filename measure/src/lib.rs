@@ -15,6 +15,7 @@ pub mod table_style;
 pub mod thickness;
 mod threshold;
 mod uncertainty;
+pub mod volumes;
 
 pub use bregma_field::interpolant::profile;
 pub use edge::Edge;

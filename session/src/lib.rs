@@ -33,6 +33,7 @@ mod source;
 pub mod thickness;
 pub mod thickness_picture;
 mod under;
+pub mod volumes;
 
 pub use bregma_measure::landmarks::{CRANIOMETRIC, Landmark, Template};
 pub use compare::{Compare, Part, compared};

@@ -2,10 +2,11 @@
 
 use super::look::LookArgs;
 use super::parsers::{
-    Background, Plane, background, ball, field_of_view, number, one_of, pair, part, plane, point, positive, registration_file, size,
-    solver, two_scans,
+    Background, Plane, Seed, VolumeFile, background, ball, corners, disc, field_of_view, number, one_of, pair, part, plane, point,
+    positive, registration_file, seed, size, solver, two_scans, volume_file,
 };
 use super::sources::Sources;
+use bregma_measure::volumes::cavity::Disc;
 use bregma_register::Part;
 use bregma_renderer::{MOST_SAMPLES, Mode, Solver};
 use bregma_session::difference::By as DifferenceBy;
@@ -93,6 +94,11 @@ pub enum Command {
         after_help = "Examples:\n  bregma register a.nrrd b.nrrd --out a-to-b.json\n  bregma difference a.nrrd b.nrrd --transform a-to-b.json --out difference\n  bregma difference a.nrrd b.nrrd --by thickness --only 0,-80,60,40 --out frontal\n  bregma difference skull.nrrd --by asymmetry --range 2 --isolines 0.5 --out sides"
     )]
     Difference(Box<DifferenceArgs>),
+    /// Measure the volume of bone, of what two scans share, and of cavities
+    #[command(
+        after_help = "Without --cavity the bone is measured: of one scan, or of two, what both share and what each has alone. With --cavity what is reached from a point through empty space.\n\nExamples:\n  bregma volume skull.nrrd --iso 300\n  bregma volume a.nrrd --transform a-to-b.json b.nrrd --box -40,-100,-40,40,-60,0 --out volumes.csv\n  bregma volume skull.nrrd --cavity 0,0,20 --sphere-passes 3 --close 0,28,-60,0,0,1,20 --out endocranium.json"
+    )]
+    Volume(VolumeArgs),
     /// Move one scan onto another, and say how sure that is
     #[command(
         after_help = "The first scan is moved onto the second. The name of OUT says the form: .json (with how sure it is, and what it was made from, for `bregma verify`), .tfm, .txt or .h5 (ITK, 3D Slicer).\n\nExamples:\n  bregma register a.nii.gz b.nii.gz --out a-to-b.json\n  bregma register a.nii.gz b.nii.gz --landmarks a.mrk.json b.mrk.json --by landmarks --out a-to-b.tfm\n  bregma register a.nrrd b.nrrd --only 0,-80,40,60 --out face.json"
@@ -436,6 +442,41 @@ pub struct DifferenceArgs {
     /// The camera.
     #[command(flatten)]
     pub camera: CameraArgs,
+}
+
+/// `bregma volume`.
+#[derive(Debug, Args)]
+pub struct VolumeArgs {
+    /// One scan, or two; landmarks may stand among them.
+    #[command(flatten)]
+    pub sources: Sources<1>,
+    /// Isovalues.
+    #[command(flatten)]
+    pub isovalues: Isovalues,
+    /// Measure the cavity around a point, LPS mm, or around a landmark by its name
+    #[arg(long = "cavity", value_name = "X,Y,Z|NAME", value_parser = seed, allow_hyphen_values = true)]
+    pub cavities: Vec<Seed>,
+    /// The cavity ends where a ball of this radius does not pass any more, mm
+    #[arg(long, value_name = "R", value_parser = positive, requires = "cavities")]
+    pub sphere_passes: Option<f64>,
+    /// Close an opening of the cavity by a disc: its middle, its normal and its radius, mm
+    #[arg(long, value_name = "X,Y,Z,NX,NY,NZ,R", value_parser = disc, allow_hyphen_values = true, requires = "cavities")]
+    pub close: Vec<Disc>,
+    /// Measure only what lies in a box, by two opposite corners, LPS mm
+    #[arg(long = "box", value_name = "X,Y,Z,X,Y,Z", value_parser = corners, allow_hyphen_values = true)]
+    pub boxes: Vec<[DVec3; 2]>,
+    /// Measure only what lies in a sphere
+    #[arg(long = "sphere", value_name = "X,Y,Z,R", value_parser = ball, allow_hyphen_values = true)]
+    pub spheres: Vec<(DVec3, f64)>,
+    /// Close bone and cavities at the scan's box where that cuts them, instead of refusing them
+    #[arg(long)]
+    pub open: bool,
+    /// Also write the volumes: a table, or a record for `bregma verify`
+    #[arg(long, value_name = "FILE.csv|.json", value_parser = volume_file)]
+    pub out: Option<VolumeFile>,
+    /// Print the record instead of a table
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// `bregma bench`.

@@ -2,6 +2,7 @@
 
 use bregma_field::formats::WriteError;
 use bregma_field::{GridError, TransformError};
+use bregma_measure::volumes::VolumesError;
 use bregma_register::orient::OrientError;
 use bregma_renderer::RenderError;
 use bregma_renderer::stability::StabilityError;
@@ -13,6 +14,7 @@ use bregma_session::output::{FolderError, OutputError};
 use bregma_session::presets::PresetError;
 use bregma_session::record::{RecordError, VerifyError};
 use bregma_session::register::RegisterError;
+use bregma_session::volumes::AgainError;
 use std::io;
 use std::path::PathBuf;
 use thiserror::Error;
@@ -97,6 +99,20 @@ pub enum CommandError {
         file: PathBuf,
         /// Why not.
         reason: Box<VerifyError>,
+    },
+    /// Volumes that are not known.
+    #[error(transparent)]
+    Volumes(#[from] VolumesError),
+    /// Volumes that cannot be measured again.
+    #[error(transparent)]
+    Again(#[from] AgainError),
+    /// Volumes that are others now.
+    #[error("{lost} of {all} volumes do not hold; measure them again")]
+    LostVolumes {
+        /// Volumes that differ, or are gone.
+        lost: usize,
+        /// All that were recorded.
+        all: usize,
     },
     /// Lengths that are others now.
     #[error("{lost} of {all} lengths do not hold; measure them again")]

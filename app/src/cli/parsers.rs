@@ -2,6 +2,7 @@
 
 use bregma_field::formats::{RawLayoutError, Reduce, Uneven};
 use bregma_field::{TransformForm, Turn, TurnError};
+use bregma_measure::volumes::cavity::Disc;
 use bregma_register::Part;
 use bregma_renderer::{BodyPlane, Color, Named, Solver};
 use bregma_session::Raw;
@@ -129,6 +130,48 @@ pub fn part(text: &str) -> Result<Part, String> {
         Err("its corners leave no room between them".into())
     } else {
         Ok(Part::Box { low_mm: a.min(b), high_mm: a.max(b) })
+    }
+}
+
+/// Where a cavity is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Seed {
+    Point(DVec3),
+    Landmark(String),
+}
+
+pub fn seed(text: &str) -> Result<Seed, String> {
+    Ok(point(text).map_or_else(|_| Seed::Landmark(text.to_owned()), Seed::Point))
+}
+
+/// A lid by its middle, its normal and its radius.
+pub fn disc(text: &str) -> Result<Disc, String> {
+    let [x, y, z, nx, ny, nz, radius_mm] = numbers(text)?;
+    let normal = DVec3::new(nx, ny, nz).try_normalize().ok_or("its normal 0,0,0 is no direction")?;
+    if radius_mm > 0.0 { Ok(Disc { centre_mm: DVec3::new(x, y, z), normal, radius_mm }) } else { Err("its radius is not positive".into()) }
+}
+
+/// Two opposite corners of a box: the lowest and the highest.
+pub fn corners(text: &str) -> Result<[DVec3; 2], String> {
+    match part(text)? {
+        Part::Box { low_mm, high_mm } => Ok([low_mm, high_mm]),
+        Part::Ball { .. } => Err("not two opposite corners (X,Y,Z,X,Y,Z)".into()),
+    }
+}
+
+/// What volumes are written to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VolumeFile {
+    pub path: PathBuf,
+    pub is_json: bool,
+}
+
+pub fn volume_file(text: &str) -> Result<VolumeFile, String> {
+    let path = PathBuf::from(text);
+    let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    match ending.as_str() {
+        "json" | "csv" => Ok(VolumeFile { path, is_json: ending == "json" }),
+        _ => Err("volumes are written as .csv or .json".into()),
     }
 }
 

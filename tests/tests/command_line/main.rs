@@ -5,6 +5,7 @@
 mod differing;
 mod measuring;
 mod registering;
+mod volumes;
 
 use serde_json::Value;
 use std::path::{Path, PathBuf};

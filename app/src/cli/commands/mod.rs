@@ -13,6 +13,7 @@ mod render;
 mod stability;
 mod thickness;
 mod verify;
+mod volume;
 
 pub use bench::bench;
 pub use chart::chart;
@@ -27,3 +28,4 @@ pub use render::render;
 pub use stability::stability;
 pub use thickness::thickness;
 pub use verify::verify;
+pub use volume::volume;

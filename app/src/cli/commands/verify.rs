@@ -6,14 +6,20 @@ use crate::cli::terminal::{print, warn, with_progress};
 use bregma_measure::numbers::fixed;
 use bregma_session::record::{Verdict, Verifier, read};
 use bregma_session::register::{SAME_POSE_MM, again};
+use bregma_session::volumes::{self, Recorded, recorded};
 use bregma_session::{Kind, Source};
 use std::path::{Path, PathBuf};
 
-/// Measures everything that the files record again, and says which lengths still hold. Fails if one does not.
+/// Measures everything that the files record again, and says which lengths, volumes and registrations still hold. Fails if one does not.
 pub fn verify(args: &VerifyArgs) -> Result<(), CommandError> {
     let (mut held, mut all, mut text) = (0, 0, String::new());
     let (registrations, files): (Vec<&PathBuf>, Vec<&PathBuf>) = args.files.iter().partition(|file| is_registration(file));
     let (moved, made) = verify_registrations(&registrations, &mut text)?;
+    let (volumes, files): (Vec<_>, Vec<_>) =
+        files.into_iter().map(|file| (file, recorded(file))).partition(|(_, volumes)| volumes.is_some());
+    let files: Vec<&PathBuf> = files.into_iter().map(|(file, _)| file).collect();
+    let volumes: Vec<(&PathBuf, Recorded)> = volumes.into_iter().filter_map(|(file, volumes)| Some((file, volumes?))).collect();
+    let (lost, volumes) = verify_volumes(&volumes, args.all, &mut text)?;
     for file in files {
         let mut verifier = Verifier::default();
         for (n, record) in read(file)?.iter().enumerate() {
@@ -38,18 +44,43 @@ pub fn verify(args: &VerifyArgs) -> Result<(), CommandError> {
     if made > 0 {
         text += &format!("{} of {made} registrations hold\n", made - moved);
     }
-    if made == 0 || all > 0 {
+    if made + volumes == 0 || all > 0 {
         text += &format!("{held} of {all} lengths hold\n");
     }
     print(&text)?;
     if moved > 0 {
         return Err(CommandError::Moved { moved, made });
     }
+    if lost > 0 {
+        return Err(CommandError::LostVolumes { lost, all: volumes });
+    }
     if held == all { Ok(()) } else { Err(CommandError::Lost { lost: all - held, all }) }
 }
 
 fn is_registration(file: &Path) -> bool {
     Kind::of(&Source { file: file.to_owned(), ..Source::default() }) == Kind::Registration
+}
+
+/// Measures volumes again: how many are others now, of how many.
+fn verify_volumes(files: &[(&PathBuf, Recorded)], all: bool, text: &mut String) -> Result<(usize, usize), CommandError> {
+    let (mut lost, mut count) = (0, 0);
+    for (file, recorded) in files {
+        let folder = file.parent().unwrap_or(Path::new(""));
+        for volume in with_progress("measuring", |progress| volumes::again(recorded, folder, progress))? {
+            count += 1;
+            lost += usize::from(!volume.holds());
+            let is = volume.is_mm3.map_or("is not there now".into(), |is| format!("is {} mm³", fixed(is, 6)));
+            if !volume.holds() {
+                *text += &format!("{}: was {} mm³ and {is}\n", volume.what, fixed(volume.was_mm3, 6));
+            } else if all {
+                *text += &format!("{}: holds\n", volume.what);
+            }
+        }
+    }
+    if count > 0 {
+        *text += &format!("{} of {count} volumes hold\n", count - lost);
+    }
+    Ok((lost, count))
 }
 
 /// Makes registrations again: how many are others now, of how many.
