@@ -8,6 +8,7 @@ use super::plan::{Plan, VolumeOnGpu};
 use super::shader::{Reads, link};
 use super::{GpuRenderer, Parts, bindings};
 use crate::cpu::{dvr_exact, dvr_steps, transparent};
+use crate::InstructionSet;
 use crate::frame::Frame;
 use crate::picture::Picture;
 use crate::roots::{Method, Solver};
@@ -145,9 +146,10 @@ impl GpuRenderer {
             })?;
         }
         Ok(slice::draw(
+            InstructionSet::new(),
             frame,
             scene,
-            [width, height],
+            Picture::blank(None, [width, height], true),
             || (),
             |(), first, rows, paint| {
                 let band = first * across as usize..(first + rows) * across as usize;

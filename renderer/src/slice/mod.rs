@@ -10,14 +10,16 @@ mod plane;
 pub use contour::Contour;
 pub use plane::{BodyPlane, view_of_plane};
 
+use crate::InstructionSet;
 use crate::cpu::face_color;
 use crate::frame::{Frame, FrameLayer};
 use crate::modes::RayValue;
 use crate::named;
-use crate::picture::{Picture, filled};
+use crate::picture::Picture;
 use crate::scene::{CutFace, Scene, Window};
 use crate::skip::BLOCK;
 use bregma_field::Surface;
+use fearless_simd::{Simd, dispatch};
 use glam::Vec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -113,18 +115,18 @@ pub(crate) struct NodeBand<'a> {
     pub layers: Vec<Nodes<'a>>,
 }
 
-/// Draws a slice band by band; `gather` gives a band of nodes from row `first` of them on to whom it is told, and may work in what `begin` makes for
+/// Draws a slice in a blank picture band by band; `gather` gives a band of nodes from row `first` of them on to whom it is told, and may work in what `begin` makes for
 /// each thread.
 pub(crate) fn draw<W>(
+    level: InstructionSet,
     frame: &Frame,
     scene: &Scene,
-    [width, height]: [u32; 2],
+    mut picture: Picture,
     begin: impl Fn() -> W + Send + Sync,
     gather: impl Fn(&mut W, usize, usize, &mut dyn FnMut(&NodeBand<'_>)) + Send + Sync,
 ) -> Picture {
     let per_pixel = frame.nodes_per_pixel;
-    let mut picture = Picture::of(scene.background_bytes(), width, height);
-    picture.values = filled(f32::NAN, picture.rgba.len());
+    let (width, height, background) = (picture.width, picture.height, scene.background_bytes());
     let band = BLOCK as usize * width as usize;
     let nodes_down = (height * per_pixel) as usize;
     let pixels = picture.rgba.par_chunks_mut(band).zip(picture.depth_mm.par_chunks_mut(band));
@@ -134,10 +136,14 @@ pub(crate) fn draw<W>(
         .map_init(begin, |work, (row, (((rgba, depth_mm), volume_id), values))| {
             let first = row * (BLOCK * per_pixel) as usize;
             let rows = (first + (BLOCK * per_pixel) as usize + 1).min(nodes_down) - first;
+            rgba.fill(background);
+            depth_mm.fill(f32::NAN);
+            volume_id.fill(0);
+            values.fill(f32::NAN);
             let mut segments = vec![];
             gather(work, first, rows, &mut |nodes| {
                 let mut pixels = Pixels { rgba: &mut *rgba, depth_mm: &mut *depth_mm, volume_id: &mut *volume_id, values: &mut *values };
-                paint(frame, scene, per_pixel as usize, nodes, &mut pixels, width as usize);
+                paint(level, frame, scene, per_pixel as usize, nodes, &mut pixels, width as usize);
                 segments = contour::segments(frame, nodes, first, rows, per_pixel);
             });
             segments
@@ -157,11 +163,14 @@ struct Pixels<'a> {
 }
 
 /// Colours the pixels of a band by the values of their nodes.
-fn paint(frame: &Frame, scene: &Scene, per_pixel: usize, nodes: &NodeBand<'_>, pixels: &mut Pixels<'_>, width: usize) {
+fn paint(level: InstructionSet, frame: &Frame, scene: &Scene, per_pixel: usize, nodes: &NodeBand<'_>, pixels: &mut Pixels<'_>, width: usize) {
     let plane_mm = (frame.base_mm + scene.slice.thickness_mm / 2.0) as f32;
     if scene.slice.face == CutFace::Density {
         for (layer, nodes) in frame.layers.iter().zip(&nodes.layers) {
-            paint_density(layer, nodes, per_pixel, plane_mm, pixels, width);
+            dispatch!(level, simd => simd.vectorize(
+                #[inline(always)]
+                || paint_density(layer, nodes, per_pixel, plane_mm, pixels, width),
+            ));
         }
         return;
     }
@@ -186,22 +195,30 @@ fn paint(frame: &Frame, scene: &Scene, per_pixel: usize, nodes: &NodeBand<'_>, p
 }
 
 /// The usual case, row by row: brightnesses of a layer, which are encoded as they are, where no layer before has been.
+#[inline(always)]
 fn paint_density(layer: &FrameLayer, nodes: &Nodes<'_>, per_pixel: usize, plane_mm: f32, pixels: &mut Pixels<'_>, width: usize) {
     let [gain, offset] = layer.appearance.brightness.map(|v| v * 255.0);
     let (scale, at_level, id) = (layer.appearance.value_scale, layer.appearance.value_at_level, (layer.placement.index + 1) as u8);
+    let mut means = vec![];
     for y in 0..pixels.rgba.len() / width {
         let row = y * width..(y + 1) * width;
-        let (rgba, depths) = (&mut pixels.rgba[row.clone()], &mut pixels.depth_mm[row.clone()]);
-        let (ids, values) = (&mut pixels.volume_id[row.clone()], &mut pixels.values[row.clone()]);
-        for x in 0..width {
-            let value = if per_pixel == 1 { nodes.values[row.start + x] } else { mean(nodes.values, width * per_pixel, [x, y], per_pixel) };
-            if value.is_nan() || ids[x] != 0 {
-                continue;
-            }
+        let seen = if per_pixel == 1 {
+            &nodes.values[row.clone()]
+        } else {
+            means.clear();
+            means.extend((0..width).map(|x| mean(nodes.values, width * per_pixel, [x, y], per_pixel)));
+            &means
+        };
+        let of_layer = (&mut pixels.depth_mm[row.clone()]).into_iter().zip(&mut pixels.volume_id[row.clone()]);
+        let shown = (&mut pixels.rgba[row.clone()]).into_iter().zip(&mut pixels.values[row]);
+        // Without branches, so that it is done for many at once.
+        for (((rgba, shown), (depth, of)), value) in shown.zip(of_layer).zip(seen) {
+            let is = !value.is_nan() & (*of == 0);
             let grey = (value * gain + offset + 0.5) as u8;
-            rgba[x] = [grey, grey, grey, 255];
-            (depths[x], ids[x]) = (plane_mm, id);
-            values[x] = (at_level + f64::from(value) * scale) as f32;
+            *rgba = if is { [grey, grey, grey, 255] } else { *rgba };
+            *shown = if is { (at_level + f64::from(*value) * scale) as f32 } else { *shown };
+            *depth = if is { plane_mm } else { *depth };
+            *of = if is { id } else { *of };
         }
     }
 }
