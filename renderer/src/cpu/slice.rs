@@ -92,15 +92,7 @@ impl NodesOf {
 
 /// A band of nodes; those `hidden` show no value, and need one only beside the contour.
 #[inline(always)]
-fn gather<S: Simd>(
-    simd: S,
-    frame: &Frame,
-    layer: &FrameLayer,
-    sought: Option<Sought>,
-    band: Rows,
-    hidden: &[u64],
-    nodes: &mut NodesOf,
-) {
+fn gather<S: Simd>(simd: S, frame: &Frame, layer: &FrameLayer, sought: Option<Sought>, band: Rows, hidden: &[u64], nodes: &mut NodesOf) {
     if layer.placement.surface.grid.is_flat() {
         nodes.values.fill(f32::NAN);
         return;

@@ -13,12 +13,14 @@ pub use plane::{BodyPlane, view_of_plane};
 use crate::InstructionSet;
 use crate::cpu::face_color;
 use crate::frame::{Frame, FrameLayer};
+use crate::lanes::{Doubles, Floats, Ints, LANES, Mask, numbers};
 use crate::modes::RayValue;
 use crate::named;
 use crate::picture::Picture;
 use crate::scene::{CutFace, Scene, Window};
 use crate::skip::BLOCK;
 use bregma_field::Surface;
+use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch};
 use glam::Vec3;
 use rayon::prelude::*;
@@ -163,13 +165,21 @@ struct Pixels<'a> {
 }
 
 /// Colours the pixels of a band by the values of their nodes.
-fn paint(level: InstructionSet, frame: &Frame, scene: &Scene, per_pixel: usize, nodes: &NodeBand<'_>, pixels: &mut Pixels<'_>, width: usize) {
+fn paint(
+    level: InstructionSet,
+    frame: &Frame,
+    scene: &Scene,
+    per_pixel: usize,
+    nodes: &NodeBand<'_>,
+    pixels: &mut Pixels<'_>,
+    width: usize,
+) {
     let plane_mm = (frame.base_mm + scene.slice.thickness_mm / 2.0) as f32;
     if scene.slice.face == CutFace::Density {
         for (layer, nodes) in frame.layers.iter().zip(&nodes.layers) {
             dispatch!(level, simd => simd.vectorize(
                 #[inline(always)]
-                || paint_density(layer, nodes, per_pixel, plane_mm, pixels, width),
+                || paint_density(simd, layer, nodes, per_pixel, plane_mm, pixels, width),
             ));
         }
         return;
@@ -196,7 +206,15 @@ fn paint(level: InstructionSet, frame: &Frame, scene: &Scene, per_pixel: usize, 
 
 /// The usual case, row by row: brightnesses of a layer, which are encoded as they are, where no layer before has been.
 #[inline(always)]
-fn paint_density(layer: &FrameLayer, nodes: &Nodes<'_>, per_pixel: usize, plane_mm: f32, pixels: &mut Pixels<'_>, width: usize) {
+fn paint_density<S: Simd>(
+    simd: S,
+    layer: &FrameLayer,
+    nodes: &Nodes<'_>,
+    per_pixel: usize,
+    plane_mm: f32,
+    pixels: &mut Pixels<'_>,
+    width: usize,
+) {
     let [gain, offset] = layer.appearance.brightness.map(|v| v * 255.0);
     let (scale, at_level, id) = (layer.appearance.value_scale, layer.appearance.value_at_level, (layer.placement.index + 1) as u8);
     let mut means = vec![];
@@ -209,16 +227,32 @@ fn paint_density(layer: &FrameLayer, nodes: &Nodes<'_>, per_pixel: usize, plane_
             means.extend((0..width).map(|x| mean(nodes.values, width * per_pixel, [x, y], per_pixel)));
             &means
         };
-        let of_layer = (&mut pixels.depth_mm[row.clone()]).into_iter().zip(&mut pixels.volume_id[row.clone()]);
-        let shown = (&mut pixels.rgba[row.clone()]).into_iter().zip(&mut pixels.values[row]);
-        // Without branches, so that it is done for many at once.
-        for (((rgba, shown), (depth, of)), value) in shown.zip(of_layer).zip(seen) {
-            let is = !value.is_nan() & (*of == 0);
-            let grey = (value * gain + offset + 0.5) as u8;
-            *rgba = if is { [grey, grey, grey, 255] } else { *rgba };
-            *shown = if is { (at_level + f64::from(*value) * scale) as f32 } else { *shown };
-            *depth = if is { plane_mm } else { *depth };
-            *of = if is { id } else { *of };
+        let (rgba, depths) = (pixels.rgba[row.clone()].chunks_mut(LANES), pixels.depth_mm[row.clone()].chunks_mut(LANES));
+        let (ids, shown) = (pixels.volume_id[row.clone()].chunks_mut(LANES), pixels.values[row].chunks_mut(LANES));
+        for ((((rgba, depths), ids), shown), seen) in rgba.zip(depths).zip(ids).zip(shown).zip(seen.chunks(LANES)) {
+            let mut value = [f32::NAN; LANES];
+            value[..seen.len()].copy_from_slice(seen);
+            let value = Floats::load_array(simd, value);
+            let free = ids.iter().enumerate().fold(0, |free, (lane, id)| free | u64::from(*id == 0) << lane);
+            let is = value.simd_eq(value) & Mask::from_bitmask(simd, free);
+            if !is.any_true() {
+                continue;
+            }
+            let grey = (value * gain + offset + 0.5).max(0.0).min(255.0).to_int::<Ints<S>>();
+            let color = (grey * 0x01_0101).to_array();
+            let value = (Doubles::splat(simd, at_level) + Doubles::of(value) * Doubles::splat(simd, scale)).to_floats().to_array();
+            let mut put = |lane: usize| {
+                let [r, g, b, _] = color[lane].to_le_bytes();
+                rgba[lane] = [r, g, b, u8::MAX];
+                (depths[lane], ids[lane], shown[lane]) = (plane_mm, id, value[lane]);
+            };
+            if is.all_true() {
+                (0..LANES).for_each(put);
+            } else {
+                for lane in numbers(is) {
+                    put(lane);
+                }
+            }
         }
     }
 }

@@ -132,11 +132,12 @@ pub fn name(plane: BodyPlane) -> &'static str {
 
 impl SliceView {
     fn poll(&mut self, ctx: &Context) -> Option<String> {
-        match self.painter.as_mut()?.poll()? {
+        let painter = self.painter.as_mut()?;
+        match painter.poll()? {
             Ok(mut painted) => {
-                let image = std::mem::take(&mut painted.image);
-                self.put(ctx, image, painted.reduction);
-                self.painted = Some(painted);
+                let (image, reduction) = (std::mem::take(&mut painted.image), painted.reduction);
+                self.painted.replace(painted).into_iter().for_each(|old| painter.give_back(old));
+                self.put(ctx, image, reduction);
                 None
             }
             Err(text) => Some(text),

@@ -92,11 +92,11 @@ impl View {
         }
     }
 
-    /// Takes a new picture to the screen.
-    pub fn take(&mut self, ctx: &egui::Context, mut painted: Painted) {
+    /// Takes a new picture to the screen; gives the one that was there before.
+    pub fn take(&mut self, ctx: &egui::Context, mut painted: Painted) -> Option<Painted> {
         let image = std::mem::take(&mut painted.image);
         self.put(ctx, image, painted.reduction);
-        self.painted = Some(painted);
+        self.painted.replace(painted)
     }
 
     fn put(&mut self, ctx: &egui::Context, image: ColorImage, reduction: u32) {
