@@ -233,24 +233,26 @@ fn paint_density<S: Simd>(
             let mut value = [f32::NAN; LANES];
             value[..seen.len()].copy_from_slice(seen);
             let value = Floats::load_array(simd, value);
-            let free = ids.iter().enumerate().fold(0, |free, (lane, id)| free | u64::from(*id == 0) << lane);
+            let mut free = 0;
+            for (lane, id) in ids.iter().enumerate() {
+                free |= u64::from(*id == 0) << lane;
+            }
             let is = value.simd_eq(value) & Mask::from_bitmask(simd, free);
             if !is.any_true() {
                 continue;
             }
             let grey = (value * gain + offset + 0.5).max(0.0).min(255.0).to_int::<Ints<S>>();
-            let color = (grey * 0x01_0101).to_array();
+            // Three times the same, and opaque.
+            let color = (grey * 0x01_0101 | Ints::splat(simd, i32::from_le_bytes([0, 0, 0, u8::MAX]))).to_array().map(i32::to_le_bytes);
             let value = (Doubles::splat(simd, at_level) + Doubles::of(value) * Doubles::splat(simd, scale)).to_floats().to_array();
-            let mut put = |lane: usize| {
-                let [r, g, b, _] = color[lane].to_le_bytes();
-                rgba[lane] = [r, g, b, u8::MAX];
-                (depths[lane], ids[lane], shown[lane]) = (plane_mm, id, value[lane]);
-            };
             if is.all_true() {
-                (0..LANES).for_each(put);
+                rgba.copy_from_slice(&color);
+                depths.fill(plane_mm);
+                ids.fill(id);
+                shown.copy_from_slice(&value);
             } else {
                 for lane in numbers(is) {
-                    put(lane);
+                    (rgba[lane], depths[lane], ids[lane], shown[lane]) = (color[lane], plane_mm, id, value[lane]);
                 }
             }
         }
