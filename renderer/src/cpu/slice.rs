@@ -1,6 +1,6 @@
 //! The nodes of a slice: values on its plane, and where contours cross the ways between neighbours.
 //!
-//! The twin of `shaders/slice.wgsl`.
+//! The twin of `shaders/slice.wgsl`, which reads every node; here one that another layer hides is passed over where bricks lie far from the contour.
 
 use super::cuts::kept;
 use super::faces::ON_FACE_VOXEL;

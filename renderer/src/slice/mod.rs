@@ -243,7 +243,7 @@ fn paint_density<S: Simd>(
             }
             let grey = (value * gain + offset + 0.5).max(0.0).min(255.0).to_int::<Ints<S>>();
             // Three times the same, and opaque.
-            let color = (grey * 0x01_0101 | Ints::splat(simd, i32::from_le_bytes([0, 0, 0, u8::MAX]))).to_array().map(i32::to_le_bytes);
+            let color = ((grey * 0x01_0101) | Ints::splat(simd, i32::from_le_bytes([0, 0, 0, u8::MAX]))).to_array().map(i32::to_le_bytes);
             let value = (Doubles::splat(simd, at_level) + Doubles::of(value) * Doubles::splat(simd, scale)).to_floats().to_array();
             if is.all_true() {
                 rgba.copy_from_slice(&color);
