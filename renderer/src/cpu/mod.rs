@@ -23,6 +23,7 @@ mod samples;
 pub(crate) mod segments;
 mod shade;
 mod shadows;
+mod sides;
 pub(crate) mod slice;
 mod split;
 mod steps;
