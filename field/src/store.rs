@@ -106,6 +106,12 @@ impl<'a, T: Sample> Block<'a, T> {
         &self.samples[self.number(index)..]
     }
 
+    /// How many samples lie between one and its neighbour along j and along k.
+    #[inline(always)]
+    pub fn strides(&self) -> [usize; 2] {
+        self.strides
+    }
+
     /// The samples at the corners of a cell, by its lowest; corner x + 2y + 4z is at (x, y, z).
     #[inline(always)]
     pub fn corners(&self, cell: [usize; 3]) -> [T; 8] {

@@ -115,6 +115,11 @@ pub trait Renderer: Send {
         Ok(still.picture())
     }
 
+    /// Takes back a picture that nobody needs: the next one of its size has its memory, which else takes up to a quarter of a frame's time to come.
+    fn reuse(&mut self, picture: Picture) {
+        drop(picture);
+    }
+
     /// Memory kept for the surfaces drawn last, beside their volumes.
     fn bytes(&self) -> usize;
 

@@ -12,6 +12,28 @@ impl Picture {
     }
 }
 
+impl Picture {
+    /// Of a size, in the memory of `spare` if that is of the same; its pixels are yet to be filled. New memory is not touched here: by whom it first is
+    /// fetches it, as long as that takes.
+    pub(crate) fn blank(spare: Option<Self>, [width, height]: [u32; 2], has_values: bool) -> Self {
+        let count = width as usize * height as usize;
+        let values = if has_values { count } else { 0 };
+        let fits = |spare: &Self| spare.rgba.len() == count && spare.values.len() == values;
+        match spare.filter(fits) {
+            Some(spare) => Self { width, height, contours: vec![], ..spare },
+            None => Self {
+                width,
+                height,
+                rgba: vec![[0; 4]; count],
+                depth_mm: vec![0.0; count],
+                volume_id: vec![0; count],
+                values: vec![0.0; values],
+                contours: vec![],
+            },
+        }
+    }
+}
+
 /// As many of the same, by all cores: memory that is new takes as long to come as a picture to be drawn.
 pub(crate) fn filled<T: Copy + Send>(value: T, count: usize) -> Vec<T> {
     rayon::iter::repeat_n(value, count).collect()

@@ -152,6 +152,55 @@ fn values_and_contours_are_those_of_the_float64_field() {
 }
 
 #[test]
+fn a_scan_that_another_hides_keeps_its_contours_and_where_it_is_not_hidden_its_values() {
+    // Fails if bricks that hold the contour are passed over, a side is the other one, an end far from the contour has no value, or a value is missing
+    // beside the first scan; or if a picture shows what lay in its memory before.
+    let ball = |side: usize, radius: f64, seed: u64| {
+        let mut random = Random(seed);
+        let middle = (side - 1) as f64 / 2.0;
+        let at = |n: usize| DVec3::new((n % side) as f64, (n / side % side) as f64, (n / side / side) as f64) - middle;
+        let samples = (0..side.pow(3)).map(|n| (1000.0 * (radius - at(n).length()) + 300.0 * random.unit()) as i16).collect();
+        let grid = Grid::new([side; 3], DVec3::ONE, DVec3::splat(-middle), DMat3::IDENTITY).unwrap();
+        volume("ball", grid, Samples::I16(samples))
+    };
+    let volumes = [ball(41, 9.0, 1), ball(60, 21.0, 2)];
+    let mut random = Random(3);
+    let mut segments = 0;
+    for n in 0..24 {
+        let mut both = Scene::of(&volumes);
+        both.layers.iter_mut().for_each(|layer| layer.iso = 120.0);
+        both.layers[1].transform = DAffine3::from_axis_angle(DVec3::new(1.0, 2.0, -1.0).normalize(), random.unit());
+        let forward = DVec3::from_array([0; 3].map(|_| 2.0 * random.unit() - 1.0)).normalize();
+        let target_mm = DVec3::from_array([0; 3].map(|_| 8.0 * random.unit() - 4.0));
+        let projection = Projection::Orthographic { height_mm: 90.0 };
+        both.camera = Camera { eye_mm: target_mm - 60.0 * forward, target_mm, up: DVec3::new(0.1, 0.3, 1.0), projection };
+        both.mode = Mode::Slice;
+        both.slice.thickness_mm = [0.0, 3.0][n / 12];
+        // Nodes closer than samples, several to a pixel, and farther apart than bricks are long.
+        let [width, height] = [[150, 110], [40, 30], [2, 1]][n % 3];
+        let mut alone = both.clone();
+        alone.layers[0].visible = false;
+        let mut renderer = CpuRenderer::default();
+        let [both, alone, once_more] = [&both, &alone, &both].map(|scene| {
+            let picture = renderer.render(&volumes, scene, width, height).unwrap();
+            renderer.reuse(picture.clone());
+            picture
+        });
+        assert_eq!(both.contours[1], alone.contours[0], "{n}");
+        for at in 0..both.rgba.len() {
+            let is_hidden = both.volume_id[at] == 1;
+            assert!(is_hidden || both.values[at].to_bits() == alone.values[at].to_bits(), "{n}: pixel {at}");
+            assert_eq!(both.values[at].to_bits(), once_more.values[at].to_bits());
+            assert_eq!(both.depth_mm[at].to_bits(), once_more.depth_mm[at].to_bits());
+        }
+        assert!(both.rgba == once_more.rgba && both.volume_id == once_more.volume_id && both.contours == once_more.contours);
+        segments += alone.contours[0].segments.len();
+    }
+    println!("{segments} segments of hidden contours");
+    assert!(segments > 3000, "{segments}");
+}
+
+#[test]
 fn a_wall_thinner_than_a_pixel_keeps_its_contour() {
     // Fails if pixels larger than voxels look at one point each: a wall of one voxel would come and go.
     let grid = Grid::new([200, 200, 5], DVec3::ONE, DVec3::new(-99.5, -99.5, -2.0), DMat3::IDENTITY).unwrap();

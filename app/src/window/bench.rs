@@ -196,7 +196,7 @@ impl Bench {
             Some(Err(open)) => self.asking = Some(open),
         }
         match self.painter.poll() {
-            Some(Ok(painted)) => self.view.take(ctx, painted),
+            Some(Ok(painted)) => self.view.take(ctx, painted).into_iter().for_each(|old| self.painter.give_back(old)),
             Some(Err(text)) => self.messages.error(text),
             None => {}
         }

@@ -5,7 +5,7 @@
 
 use super::brick::{FAR, Pace, least};
 use super::project::{Projected, TWO_POINTS, Way};
-use super::samples::{Pairs, Source};
+use super::samples::{Pairs, Source, rows_of_edges};
 use super::volume::Field;
 use super::walk::Walk;
 use crate::lanes::{Doubles, Floats, Ints, Vecs, axes, numbers};
@@ -88,9 +88,8 @@ fn through<S: Simd, T: Pairs>(
     at: &[Doubles<S>; 3],
     left: Floats<S>,
 ) -> Floats<S> {
-    let all = block.onward([0; 3]);
     let [mut here, mut next] = [T::Edges::default(); 2];
-    let mut some = SomeCells::begin(simd, all, field, pace, at, left);
+    let mut some = SomeCells::begin(simd, block, field, pace, at, left);
     some.read(&mut here);
     loop {
         if !some.cross(simd, &here, &mut next) || !some.cross(simd, &next, &mut here) {
@@ -106,7 +105,7 @@ fn through<S: Simd, T: Pairs>(
 ///   0 ─► t ───► exit         left
 /// ```
 struct SomeCells<'a, S: Simd, T: Pairs> {
-    /// The rows of samples that edges of cells along x begin in, equally long: one check is enough for all of them.
+    /// See [`rows_of_edges`].
     rows: [&'a [T]; 4],
     level: f32,
     pace: &'a Pace<S>,
@@ -128,16 +127,13 @@ struct SomeCells<'a, S: Simd, T: Pairs> {
 
 impl<'a, S: Simd, T: Pairs> SomeCells<'a, S, T> {
     #[inline(always)]
-    fn begin(simd: S, all: &'a [T], field: &Field<'_>, pace: &'a Pace<S>, at: &[Doubles<S>; 3], left: Floats<S>) -> Self {
+    fn begin(simd: S, block: &Block<'a, T>, field: &Field<'_>, pace: &'a Pace<S>, at: &[Doubles<S>; 3], left: Floats<S>) -> Self {
         let splat = |v: f32| Floats::splat(simd, v);
         let strides = [1, field.dims[0], field.dims[0] * field.dims[1]];
-        let [row, layer] = [strides[1] as usize, strides[2] as usize];
-        let length = all.len() - row - layer;
-        let rows = [&all[..length], &all[row..row + length], &all[layer..layer + length], &all[layer + row..][..length]];
         let cell = axes!(a => at[a].floor().to_floats().to_int::<Ints<S>>().max(0).min(field.dims[a] - 2));
         let number = cell[0] + cell[1] * strides[1] + cell[2] * strides[2];
         Self {
-            rows,
+            rows: rows_of_edges(block),
             level: field.level,
             pace,
             origin: axes!(a => (at[a] - Doubles::of(cell[a].to_float())).to_floats()),

@@ -23,6 +23,7 @@ mod samples;
 pub(crate) mod segments;
 mod shade;
 mod shadows;
+mod sides;
 pub(crate) mod slice;
 mod split;
 mod steps;
@@ -70,6 +71,7 @@ use volume::{Field, line_of, world_line_of};
 #[derive(Debug)]
 pub struct CpuRenderer {
     maps: MapCache,
+    spare: Option<Picture>,
     level: Level,
 }
 
@@ -82,7 +84,7 @@ impl Default for CpuRenderer {
 impl CpuRenderer {
     /// A renderer that uses a set of vector instructions, one of [`CpuRenderer::instruction_sets`].
     pub fn with_instructions(level: InstructionSet) -> Self {
-        Self { maps: MapCache::new(level), level }
+        Self { maps: MapCache::new(level), spare: None, level }
     }
 
     /// The sets of vector instructions that this machine has, the best one first.
@@ -118,7 +120,11 @@ impl Renderer for CpuRenderer {
 
     fn sample(&mut self, volumes: &[Arc<Volume>], scene: &Scene, [width, height]: [u32; 2], sample: u32) -> Result<Picture, RenderError> {
         let frame = Frame::new(&mut self.maps, volumes, scene, [width, height], sample)?;
-        draw(self.level, &frame, scene, width, height)
+        draw(self.level, &frame, scene, [width, height], self.spare.take())
+    }
+
+    fn reuse(&mut self, picture: Picture) {
+        self.spare = Some(picture);
     }
 
     fn bytes(&self) -> usize {
@@ -132,23 +138,27 @@ impl Renderer for CpuRenderer {
 }
 
 /// Draws band by band, of one row of blocks each, and in a band block by block: rays of one block touch the same bricks.
-fn draw(level: Level, frame: &Frame, scene: &Scene, width: u32, height: u32) -> Result<Picture, RenderError> {
+fn draw(level: Level, frame: &Frame, scene: &Scene, [width, height]: [u32; 2], spare: Option<Picture>) -> Result<Picture, RenderError> {
     let goes_on = match scene.mode.gather() {
         Gather::Number(of) => {
             let sought = Sought { of, by_gradient: scene.of_gradient, in_range: scene.value_range.is_some() };
             return Ok(draw_projection(level, frame, scene, sought, [width, height]));
         }
-        Gather::Plane => return Ok(slice::draw(level, frame, scene, [width, height])),
+        Gather::Plane => return Ok(slice::draw(level, frame, scene, [width, height], spare)),
         Gather::Crossings | Gather::Density => true,
         Gather::Nearest | Gather::FirstOfEach => false,
     };
     if !goes_on && frame.method == Method::Solver(Solver::Filter) {
         return Err(RenderError::NeedsGpu(scene.solver));
     }
-    let mut picture = Picture::of(encode(Vec4::ZERO, frame.background), width, height);
+    let background = encode(Vec4::ZERO, frame.background);
+    let mut picture = Picture::blank(spare, [width, height], false);
     let band = BLOCK as usize * width as usize;
     let pixels = (picture.rgba.par_chunks_mut(band), picture.depth_mm.par_chunks_mut(band), picture.volume_id.par_chunks_mut(band));
     pixels.into_par_iter().enumerate().for_each(|(row, (rgba, depth_mm, volume_id))| {
+        rgba.fill(background);
+        depth_mm.fill(f32::NAN);
+        volume_id.fill(0);
         let band = Band { width, y0: row as u32 * BLOCK, rgba, depth_mm, volume_id };
         if goes_on {
             dispatch!(level, simd => draw_through(simd, frame, scene, band));

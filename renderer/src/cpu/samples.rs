@@ -25,20 +25,8 @@ impl<'a> Source<'a> {
     /// Samples at the corners of a cell, by its lowest, in the lanes of `of`; corner x + 2y + 4z is at (x, y, z).
     #[inline(always)]
     pub fn corners<S: Simd>(self, simd: S, cell: &[Ints<S>; 3], of: Mask<S>) -> [Floats<S>; 8] {
-        let cell = cell.map(Ints::to_array);
         match self {
-            Self::Samples(AnyBlock::U8(block)) => whole_corners(simd, &block, &cell, of),
-            Self::Samples(AnyBlock::I16(block)) => whole_corners(simd, &block, &cell, of),
-            Self::Samples(AnyBlock::U16(block)) => whole_corners(simd, &block, &cell, of),
-            Self::Samples(AnyBlock::F32(block)) => {
-                let mut f = [[0.0; LANES]; 8];
-                for lane in numbers(of) {
-                    let at = [cell[0][lane], cell[1][lane], cell[2][lane]].map(|n| n as usize);
-                    block.corners(at).into_iter().zip(&mut f).for_each(|(v, f)| f[lane] = v);
-                }
-                let at = |c: usize| Floats::load_array_ref(simd, &f[c]);
-                [at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7)]
-            }
+            Self::Samples(samples) => with_block!(samples, block => corners(simd, &block, cell, of)),
             Self::Nothing => [Floats::splat(simd, 0.0); 8],
         }
     }
@@ -119,16 +107,33 @@ impl Pairs for f32 {
     }
 }
 
-/// Whole numbers become float32 sixteen at a time.
+/// The rows of samples that edges of cells along x begin in, equally long: one check is enough for all of them.
 #[inline(always)]
-fn whole_corners<S: Simd, T: Sample>(simd: S, block: &Block<'_, T>, cell: &[[i32; LANES]; 3], of: Mask<S>) -> [Floats<S>; 8] {
-    let mut f = [[0; LANES]; 8];
-    for lane in numbers(of) {
-        let at = [cell[0][lane], cell[1][lane], cell[2][lane]].map(|n| n as usize);
-        block.corners(at).into_iter().zip(&mut f).for_each(|(v, f)| f[lane] = v.to_i32());
+pub(super) fn rows_of_edges<'a, T: Sample>(block: &Block<'a, T>) -> [&'a [T]; 4] {
+    let (all, [row, layer]) = (block.onward([0; 3]), block.strides());
+    // A flat grid has no cells.
+    let length = all.len().saturating_sub(row + layer);
+    let behind = |first: usize| &all[first.min(all.len() - length)..][..length];
+    [&all[..length], behind(row), behind(layer), behind(layer + row)]
+}
+
+#[inline(always)]
+fn corners<S: Simd, T: Pairs>(simd: S, block: &Block<'_, T>, cell: &[Ints<S>; 3], of: Mask<S>) -> [Floats<S>; 8] {
+    let (rows, [row, layer]) = (rows_of_edges(block), block.strides());
+    let mut edges = T::Edges::default();
+    if rows[0].len() <= i32::MAX as usize {
+        let number = (cell[0] + cell[1] * row as i32 + cell[2] * layer as i32).to_array();
+        for lane in numbers(of) {
+            T::read(&mut edges, lane, &rows, number[lane] as usize);
+        }
+    } else {
+        let cell = cell.map(Ints::to_array);
+        for lane in numbers(of) {
+            let [x, y, z] = [cell[0][lane], cell[1][lane], cell[2][lane]].map(|n| n as usize);
+            T::read(&mut edges, lane, &rows, x + row * y + layer * z);
+        }
     }
-    let at = |c: usize| Ints::load_array_ref(simd, &f[c]).to_float();
-    [at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7)]
+    T::corners(simd, &edges)
 }
 
 /// Along each axis from the one before a cell to the one behind it; at the grid's border the nearest.

@@ -73,7 +73,7 @@ pub fn split(level: Level, frame: &Frame, scene: &Scene, width: u32, height: u32
     let mut whole_ms = f64::INFINITY;
     for _ in 0..SPLIT_ROUNDS {
         let begun = Instant::now();
-        black_box(draw(level, frame, scene, width, height)?);
+        black_box(draw(level, frame, scene, [width, height], None)?);
         whole_ms = whole_ms.min(begun.elapsed().as_secs_f64() * 1e3);
     }
     let (mut walking_ms, mut fetched_ms, mut solved_ms) = (0.0, 0.0, 0.0);

@@ -7,6 +7,7 @@ use super::layout::{Block, UNFINISHED};
 use super::plan::{Plan, VolumeOnGpu};
 use super::shader::{Reads, link};
 use super::{GpuRenderer, Parts, bindings};
+use crate::InstructionSet;
 use crate::cpu::{dvr_exact, dvr_steps, transparent};
 use crate::frame::Frame;
 use crate::picture::Picture;
@@ -145,9 +146,10 @@ impl GpuRenderer {
             })?;
         }
         Ok(slice::draw(
+            InstructionSet::new(),
             frame,
             scene,
-            [width, height],
+            Picture::blank(None, [width, height], true),
             || (),
             |(), first, rows, paint| {
                 let band = first * across as usize..(first + rows) * across as usize;

@@ -1,11 +1,11 @@
 //! Which cells of a brick can hold the surface: one bit for each, so that a ray passes the others without reading a sample.
 
 use super::Walked;
-use super::occupancy::DistanceMap;
+use super::occupancy::Occupancy;
 use crate::InstructionSet;
 use crate::lanes::{Floats, LANES, Mask as LaneMask};
 use crate::roots::inside;
-use bregma_field::{BRICK, Block, Sample, Store, with_block};
+use bregma_field::{BRICK, Block, RangeBricks, Sample, Store, with_block};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch};
 use rayon::prelude::*;
@@ -28,18 +28,28 @@ pub(crate) struct CellMasks {
 }
 
 impl CellMasks {
-    /// The masks of what is walked to of the surface at `level` of the samples of `store`, for the bricks that `map` says can hold it.
-    pub fn build(instructions: InstructionSet, store: Store<'_>, map: &DistanceMap, [level, sign]: [f32; 2], what: &Walked) -> Self {
-        let (occupied, dims) = (map.occupied(), store.dims());
-        let mut slots = vec![0; map.distances().len()];
+    /// The masks of what is walked to of the surface at `level` of the samples of `store`, whose ranges are `bricks`, for those that can hold it.
+    pub fn build(
+        instructions: InstructionSet,
+        (store, bricks): (Store<'_>, &RangeBricks),
+        occupancy: &Occupancy,
+        [level, sign]: [f32; 2],
+        what: &Walked,
+    ) -> Self {
+        let (occupied, dims) = (occupancy.bricks(), store.dims());
+        let mut slots = vec![0; occupancy.is.len()];
         occupied.iter().zip(0..).for_each(|(&brick, slot)| slots[brick as usize] = slot);
-        let [bx, by, _] = map.dims();
+        // What lies wholly inside need not be read.
+        let is_inside =
+            |brick: u32| *what == Walked::Inside && sign * (bricks.ranges()[brick as usize][usize::from(sign < 0.0)] - level) >= 0.0;
         let fill = |(masks, bricks): (&mut [Mask], &[u32])| {
             dispatch!(instructions, simd => for (mask, &brick) in masks.iter_mut().zip(bricks) {
-                let n = brick as usize;
-                let brick = [n % bx, n / bx % by, n / (bx * by)];
-                let block = store.block(brick).expect("a scan in memory has all its bricks");
-                let corner = brick.map(|b| b * BRICK);
+                let corner = corner_of(occupancy.dims, brick);
+                if is_inside(brick) {
+                    *mask = grid_of(dims, corner);
+                    continue;
+                }
+                let block = store.block(corner.map(|n| n / BRICK)).expect("a scan in memory has all its bricks");
                 *mask = with_block!(block, block => match what {
                     Walked::Inside => cells_with(simd, &block, dims, corner, |v| inside(sign * (v - level))),
                     Walked::Crossings(bands) => crossed(simd, &block, dims, corner, [level, sign], bands),
@@ -50,17 +60,17 @@ impl CellMasks {
         masks.par_chunks_mut(CHUNK).zip(occupied.par_chunks(CHUNK)).for_each(fill);
         let boxes = masks.par_iter().map(box_of).collect();
         let mut all = Self { slots, masks, boxes, exposed: vec![] };
-        all.exposed = occupied.into_par_iter().filter(|&brick| all.is_exposed(map, dims, brick as usize)).collect();
+        all.exposed = occupied.into_par_iter().filter(|&brick| all.is_exposed(occupancy, dims, brick as usize)).collect();
         all
     }
 
     /// Whether a brick lies at the border, or next to one, across a face, whose box of cells does not fill it.
-    fn is_exposed(&self, map: &DistanceMap, dims: [usize; 3], brick: usize) -> bool {
-        let [bx, by, bz] = map.dims();
+    fn is_exposed(&self, occupancy: &Occupancy, dims: [usize; 3], brick: usize) -> bool {
+        let [bx, by, bz] = occupancy.dims;
         let at = [brick % bx, brick / bx % by, brick / (bx * by)];
         let is_filled = |brick: usize, at: [usize; 3]| {
             let size: [usize; 3] = std::array::from_fn(|a| (dims[a] - 1 - at[a] * BRICK).min(BRICK));
-            map.distances()[brick] == 0 && self.cells(brick as u32) == [[0; 3], size.map(|n| n as u8)]
+            occupancy.is[brick] && self.cells(brick as u32) == [[0; 3], size.map(|n| n as u8)]
         };
         (0..3).any(|a| {
             let stride = [1, bx, bx * by][a];
@@ -107,6 +117,19 @@ impl CellMasks {
 
 /// Bricks that a thread takes at once: some hundredths of a millisecond's work.
 const CHUNK: usize = 64;
+
+/// The first sample of a brick of a grid of so many.
+fn corner_of([bx, by, _]: [usize; 3], brick: u32) -> [usize; 3] {
+    let n = brick as usize;
+    [n % bx, n / bx % by, n / (bx * by)].map(|b| b * BRICK)
+}
+
+/// All cells of a brick that lie in the grid.
+fn grid_of(dims: [usize; 3], corner: [usize; 3]) -> Mask {
+    let [cx, cy, cz] = std::array::from_fn(|a| (dims[a] - 1 - corner[a]).min(BRICK));
+    let layer = (0..cy).map(|y| ((1_u64 << cx) - 1) << (BRICK * y)).sum::<u64>();
+    std::array::from_fn(|word| if word / 2 < cz { (layer >> (word % 2 * 32)) as u32 } else { 0 })
+}
 
 /// The cells with a sample in each of these at their corners, of the brick with its first sample at `corner`: at or above a band's lower end and
 /// at or below its higher one; and cells at the grid's border, where surfaces are closed, with one that is inside.
@@ -204,23 +227,37 @@ fn first_of<S: Simd, T: Sample>(simd: S, samples: &[T]) -> Floats<S> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
+    use super::super::DistanceMap;
     use super::*;
     use crate::stability::Random;
-    use bregma_field::{RangeBricks, Samples};
+    use bregma_field::Samples;
+
+    /// Of the surface at 0.5.
+    pub fn maps_of(samples: Vec<u8>, dims: [usize; 3]) -> (DistanceMap, CellMasks) {
+        let bricks = RangeBricks::build(&samples, dims);
+        let occupancy = Occupancy::of(&bricks, 0.5, 1.0, &Walked::Inside);
+        let store = Samples::U8(samples);
+        let of = (Store::new(&store, dims), &bricks);
+        (DistanceMap::of(&occupancy), CellMasks::build(InstructionSet::new(), of, &occupancy, [0.5, 1.0], &Walked::Inside))
+    }
 
     #[test]
     fn a_cell_is_marked_when_a_corner_is_inside() {
         // Fails if a bit stands for another cell, a shared layer is forgotten, or the grid's border is read past: a hole in the surface.
         let mut random = Random(3);
-        for dims in [[9, 9, 9], [10, 17, 8], [2, 2, 25], [20, 11, 14]] {
+        for dims in [[9, 9, 9], [10, 17, 8], [2, 2, 25], [20, 11, 14], [65, 9, 5], [150, 6, 9]] {
             for (level, sign) in [(0.5, 1.0), (100.0, 1.0), (100.0, -1.0)] {
-                let samples: Vec<u8> = (0..dims.iter().product()).map(|_| (random.unit().powi(8) * 256.0) as u8).collect();
-                let map = DistanceMap::build(&RangeBricks::build(&samples, dims), level, sign);
+                // A part is solid: its bricks are not read.
+                let solid = dims.iter().product::<usize>() / 3;
+                let samples: Vec<u8> =
+                    (0..dims.iter().product()).map(|n| (random.unit().powi(if n < solid { 0 } else { 8 }) * 255.0) as u8).collect();
+                let bricks = RangeBricks::build(&samples, dims);
+                let map = DistanceMap::build(&bricks, level, sign);
                 let masks = CellMasks::build(
                     InstructionSet::new(),
-                    Store::new(&Samples::U8(samples.clone()), dims),
-                    &map,
+                    (Store::new(&Samples::U8(samples.clone()), dims), &bricks),
+                    &Occupancy::of(&bricks, level, sign, &Walked::Inside),
                     [level, sign],
                     &Walked::Inside,
                 );
@@ -262,15 +299,17 @@ mod tests {
     fn a_cell_is_walked_to_when_it_has_corners_on_both_sides_of_a_level_or_closes_a_surface() {
         // Fails if a level, a side, a tie or the grid's border is forgotten: a crossing would be drawn late, or not at all.
         let mut random = Random(4);
-        for dims in [[9, 9, 9], [10, 17, 8], [2, 2, 25], [20, 11, 14]] {
+        for dims in [[9, 9, 9], [10, 17, 8], [2, 2, 25], [20, 11, 14], [65, 9, 5], [150, 6, 9]] {
             for sign in [1.0, -1.0] {
                 let samples: Vec<u8> = (0..dims.iter().product()).map(|_| (random.unit().powi(3) * 8.0) as u8).collect();
                 let level = if sign > 0.0 { 2.0 } else { 5.0 };
                 let bands = vec![[0.0, 0.0], [2.5, 2.5]];
                 let what = Walked::Crossings(bands.clone());
-                let map = DistanceMap::of(&RangeBricks::build(&samples, dims), level, sign, &what);
+                let bricks = RangeBricks::build(&samples, dims);
+                let occupancy = Occupancy::of(&bricks, level, sign, &what);
+                let map = DistanceMap::of(&occupancy);
                 let store = Samples::U8(samples.clone());
-                let masks = CellMasks::build(InstructionSet::new(), Store::new(&store, dims), &map, [level, sign], &what);
+                let masks = CellMasks::build(InstructionSet::new(), (Store::new(&store, dims), &bricks), &occupancy, [level, sign], &what);
                 let [bx, by, _] = map.dims();
                 for n in 0..(dims[0] - 1) * (dims[1] - 1) * (dims[2] - 1) {
                     let cell = [n % (dims[0] - 1), n / (dims[0] - 1) % (dims[1] - 1), n / ((dims[0] - 1) * (dims[1] - 1))];

@@ -57,11 +57,9 @@ impl LightSpans {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Walked;
+    use super::super::cell_masks::tests::maps_of;
     use super::*;
-    use crate::InstructionSet;
     use crate::stability::Random;
-    use bregma_field::{RangeBricks, Samples, Store};
 
     #[test]
     fn no_point_of_a_cell_that_can_hold_the_surface_lies_nearer_to_the_light_than_its_block_says() {
@@ -71,8 +69,7 @@ mod tests {
         let mut tested = 0;
         for _ in 0..100 {
             let samples: Vec<u8> = (0..dims.iter().product()).map(|_| u8::from(random.unit() < 0.003)).collect();
-            let map = DistanceMap::build(&RangeBricks::build(&samples, dims), 0.5, 1.0);
-            let masks = CellMasks::build(InstructionSet::new(), Store::new(&Samples::U8(samples), dims), &map, [0.5, 1.0], &Walked::Inside);
+            let (map, masks) = maps_of(samples, dims);
             let mut point = || random.point().as_dvec3() - 0.5;
             let shear = DMat3::from_cols(DVec3::X + 0.4 * point(), DVec3::Y * 1.5 + 0.4 * point(), DVec3::Z * 0.3 + 0.4 * point());
             let grid = Grid::from_affine(dims, DAffine3::from_mat3_translation(shear, 30.0 * point())).unwrap();

@@ -1,5 +1,6 @@
 //! What is kept of the surfaces drawn last, so that the next picture of them need not work it out again.
 
+use super::occupancy::Occupancy;
 use super::{CellMasks, DistanceMap, Walked};
 use crate::InstructionSet;
 use bregma_field::{AnyBlock, RangeBricks, Samples, Store, Surface, Volume, spline};
@@ -44,8 +45,9 @@ impl MapCache {
         let (volume, level, sign) = (&surface.volume, surface.level as f32, surface.sign);
         let dims = volume.grid().dims();
         let of = |bricks: &RangeBricks, store: Store<'_>| {
-            let map = DistanceMap::of(bricks, level, sign, what);
-            let masks = CellMasks::build(self.instructions, store, &map, [level, sign], what);
+            let occupancy = Occupancy::of(bricks, level, sign, what);
+            let masks = || CellMasks::build(self.instructions, (store, bricks), &occupancy, [level, sign], what);
+            let (map, masks) = rayon::join(|| DistanceMap::of(&occupancy), masks);
             (Arc::new(map), Arc::new(masks))
         };
         let store = Store::of(volume);

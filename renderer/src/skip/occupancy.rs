@@ -2,6 +2,7 @@
 
 use super::Walked;
 use bregma_field::RangeBricks;
+use rayon::prelude::*;
 
 /// For each brick the Chebyshev distance, in bricks, to the nearest brick that can hold the surface: 0 there, and from a
 /// brick at distance k every brick within k − 1 is empty. Capped at 255.
@@ -15,23 +16,12 @@ impl DistanceMap {
     /// The map for the surface at `level` (sample units) where samples of `sign` ≥ `sign`·`level` are inside. A brick that
     /// lies wholly inside counts as occupied: a ray may enter it through the box's face, where the surface is closed.
     pub fn build(bricks: &RangeBricks, level: f32, sign: f32) -> Self {
-        let reaches = |range: &[f32; 2]| sign * (range[usize::from(sign > 0.0)] - level) >= 0.0;
-        let occupied: Vec<bool> = bricks.ranges().iter().map(reaches).collect();
-        Self { dims: bricks.dims(), distances: distances(bricks.dims(), &occupied) }
+        Self::of(&Occupancy::of(bricks, level, sign, &Walked::Inside))
     }
 
-    /// The map of what is walked to of the surface at `level`, and of the others that `what` asks for.
-    pub(crate) fn of(bricks: &RangeBricks, level: f32, sign: f32, what: &Walked) -> Self {
-        let Walked::Crossings(bands) = what else { return Self::build(bricks, level, sign) };
-        let dims = bricks.dims();
-        let is_occupied = |(n, range): (usize, &[f32; 2])| {
-            let [low, high] = if sign > 0.0 { *range } else { [range[1], range[0]] }.map(|v| sign * (v - level));
-            let at = [n % dims[0], n / dims[0] % dims[1], n / (dims[0] * dims[1])];
-            let at_border = (0..3).any(|a| at[a] == 0 || at[a] + 1 == dims[a]);
-            bands.iter().any(|band| low <= band[1] && high >= band[0]) || at_border && high >= 0.0
-        };
-        let occupied: Vec<bool> = bricks.ranges().iter().enumerate().map(is_occupied).collect();
-        Self { dims, distances: distances(dims, &occupied) }
+    /// The map of what is walked to.
+    pub(crate) fn of(occupancy: &Occupancy) -> Self {
+        Self { dims: occupancy.dims, distances: distances(occupancy.dims, &occupancy.is) }
     }
 
     /// The bricks that can hold the surface or lie inside, by number, i fastest.
@@ -52,6 +42,40 @@ impl DistanceMap {
     /// The distances, i fastest.
     pub fn distances(&self) -> &[u8] {
         &self.distances
+    }
+}
+
+/// Which bricks can hold what is walked to.
+#[derive(Debug)]
+pub(crate) struct Occupancy {
+    /// Bricks along i, j and k.
+    pub dims: [usize; 3],
+    /// Of each brick, i fastest.
+    pub is: Vec<bool>,
+}
+
+impl Occupancy {
+    /// Of the surface at `level`, and of the others that `what` asks for.
+    pub fn of(bricks: &RangeBricks, level: f32, sign: f32, what: &Walked) -> Self {
+        let (dims, ranges) = (bricks.dims(), bricks.ranges().par_iter());
+        let is = match what {
+            Walked::Inside => ranges.map(|range| sign * (range[usize::from(sign > 0.0)] - level) >= 0.0).collect(),
+            Walked::Crossings(bands) => {
+                let passes = |(n, range): (usize, &[f32; 2])| {
+                    let [low, high] = if sign > 0.0 { *range } else { [range[1], range[0]] }.map(|v| sign * (v - level));
+                    let at = [n % dims[0], n / dims[0] % dims[1], n / (dims[0] * dims[1])];
+                    let at_border = (0..3).any(|a| at[a] == 0 || at[a] + 1 == dims[a]);
+                    bands.iter().any(|band| low <= band[1] && high >= band[0]) || at_border && high >= 0.0
+                };
+                ranges.enumerate().map(passes).collect()
+            }
+        };
+        Self { dims, is }
+    }
+
+    /// Their numbers.
+    pub fn bricks(&self) -> Vec<u32> {
+        (0..).zip(&self.is).filter(|(_, is)| **is).map(|(n, _)| n).collect()
     }
 }
 

@@ -136,12 +136,10 @@ impl View {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Walked;
+    use super::super::cell_masks::tests::maps_of;
     use super::*;
-    use crate::InstructionSet;
     use crate::camera::point_in_pixel;
     use crate::stability::Random;
-    use bregma_field::{RangeBricks, Samples, Store};
 
     #[test]
     fn every_point_of_the_cells_that_can_hold_the_surface_lies_in_the_span_of_its_pixel() {
@@ -154,8 +152,7 @@ mod tests {
             // Mostly empty, or mostly full: then many bricks lie among others whose cells are all occupied.
             let part = if n % 2 == 0 { 0.003 } else { 0.3 };
             let samples: Vec<u8> = (0..dims.iter().product()).map(|_| u8::from(random.unit() < part)).collect();
-            let map = DistanceMap::build(&RangeBricks::build(&samples, dims), 0.5, 1.0);
-            let masks = CellMasks::build(InstructionSet::new(), Store::new(&Samples::U8(samples), dims), &map, [0.5, 1.0], &Walked::Inside);
+            let (map, masks) = maps_of(samples, dims);
             let mut point = || random.point().as_dvec3() - 0.5;
             let shear = DMat3::from_cols(DVec3::X + 0.4 * point(), DVec3::Y * 1.5 + 0.4 * point(), DVec3::Z + 0.4 * point());
             let grid = Grid::from_affine(dims, DAffine3::from_mat3_translation(shear, 30.0 * point())).unwrap();

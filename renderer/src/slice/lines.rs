@@ -5,7 +5,8 @@ use crate::frame::Frame;
 use crate::picture::Picture;
 use crate::scene::Scene;
 use crate::skip::BLOCK;
-use glam::Vec2;
+use fast_srgb8::{f32_to_srgb8, srgb8_to_f32};
+use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 /// Of a lone scan's contour, and where contours agree: bone's colour is not told from dense bone.
@@ -47,9 +48,9 @@ pub(super) fn draw(frame: &Frame, scene: &Scene, bands: &[Vec<Vec<[f32; 4]>>], p
             let color = own.lerp(amber, cover.second / cover.most);
             // Over a clear background the line is as clear as it covers.
             let alpha = (cover.most * 255.0).round() as u8;
-            let below = Color([0, 1, 2].map(|a| f32::from(pixel[a]) / 255.0)).linear();
+            let below = Vec3::from([0, 1, 2].map(|a| srgb8_to_f32(pixel[a])));
             let mixed = if pixel[3] == 0 { color } else { below.lerp(color, cover.most) };
-            let [r, g, b] = mixed.to_array().map(fast_srgb8::f32_to_srgb8);
+            let [r, g, b] = mixed.to_array().map(f32_to_srgb8);
             *pixel = [r, g, b, pixel[3].max(alpha)];
         }
     });
@@ -62,12 +63,17 @@ fn put([x0, y0, x1, y1]: &[f32; 4], half: f32, layer: u8, covers: &mut [Cover], 
     let (low, high) = (a.min(b) - reach, a.max(b) + reach);
     let range = |low: f32, high: f32, count: usize| low.ceil().max(0.0) as usize..((high.floor() + 1.0).max(0.0) as usize).min(count);
     let along = b - a;
-    let squared = along.length_squared();
+    // A segment without length is a point.
+    let inverse = along.length_squared().max(f32::MIN_POSITIVE).recip();
     for y in range(low.y, high.y, rows) {
         for x in range(low.x, high.x, width) {
             let from = Vec2::new(x as f32, y as f32) - a;
-            let share = if squared > 0.0 { (from.dot(along) / squared).clamp(0.0, 1.0) } else { 0.0 };
-            let covered = (reach - (from - share * along).length()).clamp(0.0, 1.0);
+            let share = (from.dot(along) * inverse).clamp(0.0, 1.0);
+            let away = (from - share * along).length_squared();
+            if away >= reach * reach {
+                continue;
+            }
+            let covered = (reach - away.sqrt()).min(1.0);
             let cover = &mut covers[y * width + x];
             if cover.most == 0.0 || cover.layer == layer {
                 (cover.most, cover.layer) = (cover.most.max(covered), layer);

@@ -10,14 +10,18 @@ mod plane;
 pub use contour::Contour;
 pub use plane::{BodyPlane, view_of_plane};
 
+use crate::InstructionSet;
 use crate::cpu::face_color;
 use crate::frame::{Frame, FrameLayer};
+use crate::lanes::{Doubles, Floats, Ints, LANES, Mask, numbers};
 use crate::modes::RayValue;
 use crate::named;
-use crate::picture::{Picture, filled};
+use crate::picture::Picture;
 use crate::scene::{CutFace, Scene, Window};
 use crate::skip::BLOCK;
 use bregma_field::Surface;
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, dispatch};
 use glam::Vec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -113,18 +117,18 @@ pub(crate) struct NodeBand<'a> {
     pub layers: Vec<Nodes<'a>>,
 }
 
-/// Draws a slice band by band; `gather` gives a band of nodes from row `first` of them on to whom it is told, and may work in what `begin` makes for
+/// Draws a slice in a blank picture band by band; `gather` gives a band of nodes from row `first` of them on to whom it is told, and may work in what `begin` makes for
 /// each thread.
 pub(crate) fn draw<W>(
+    level: InstructionSet,
     frame: &Frame,
     scene: &Scene,
-    [width, height]: [u32; 2],
+    mut picture: Picture,
     begin: impl Fn() -> W + Send + Sync,
     gather: impl Fn(&mut W, usize, usize, &mut dyn FnMut(&NodeBand<'_>)) + Send + Sync,
 ) -> Picture {
     let per_pixel = frame.nodes_per_pixel;
-    let mut picture = Picture::of(scene.background_bytes(), width, height);
-    picture.values = filled(f32::NAN, picture.rgba.len());
+    let (width, height, background) = (picture.width, picture.height, scene.background_bytes());
     let band = BLOCK as usize * width as usize;
     let nodes_down = (height * per_pixel) as usize;
     let pixels = picture.rgba.par_chunks_mut(band).zip(picture.depth_mm.par_chunks_mut(band));
@@ -134,10 +138,14 @@ pub(crate) fn draw<W>(
         .map_init(begin, |work, (row, (((rgba, depth_mm), volume_id), values))| {
             let first = row * (BLOCK * per_pixel) as usize;
             let rows = (first + (BLOCK * per_pixel) as usize + 1).min(nodes_down) - first;
+            rgba.fill(background);
+            depth_mm.fill(f32::NAN);
+            volume_id.fill(0);
+            values.fill(f32::NAN);
             let mut segments = vec![];
             gather(work, first, rows, &mut |nodes| {
                 let mut pixels = Pixels { rgba: &mut *rgba, depth_mm: &mut *depth_mm, volume_id: &mut *volume_id, values: &mut *values };
-                paint(frame, scene, per_pixel as usize, nodes, &mut pixels, width as usize);
+                paint(level, frame, scene, per_pixel as usize, nodes, &mut pixels, width as usize);
                 segments = contour::segments(frame, nodes, first, rows, per_pixel);
             });
             segments
@@ -157,11 +165,22 @@ struct Pixels<'a> {
 }
 
 /// Colours the pixels of a band by the values of their nodes.
-fn paint(frame: &Frame, scene: &Scene, per_pixel: usize, nodes: &NodeBand<'_>, pixels: &mut Pixels<'_>, width: usize) {
+fn paint(
+    level: InstructionSet,
+    frame: &Frame,
+    scene: &Scene,
+    per_pixel: usize,
+    nodes: &NodeBand<'_>,
+    pixels: &mut Pixels<'_>,
+    width: usize,
+) {
     let plane_mm = (frame.base_mm + scene.slice.thickness_mm / 2.0) as f32;
     if scene.slice.face == CutFace::Density {
         for (layer, nodes) in frame.layers.iter().zip(&nodes.layers) {
-            paint_density(layer, nodes, per_pixel, plane_mm, pixels, width);
+            dispatch!(level, simd => simd.vectorize(
+                #[inline(always)]
+                || paint_density(simd, layer, nodes, per_pixel, plane_mm, pixels, width),
+            ));
         }
         return;
     }
@@ -186,22 +205,56 @@ fn paint(frame: &Frame, scene: &Scene, per_pixel: usize, nodes: &NodeBand<'_>, p
 }
 
 /// The usual case, row by row: brightnesses of a layer, which are encoded as they are, where no layer before has been.
-fn paint_density(layer: &FrameLayer, nodes: &Nodes<'_>, per_pixel: usize, plane_mm: f32, pixels: &mut Pixels<'_>, width: usize) {
+#[inline(always)]
+fn paint_density<S: Simd>(
+    simd: S,
+    layer: &FrameLayer,
+    nodes: &Nodes<'_>,
+    per_pixel: usize,
+    plane_mm: f32,
+    pixels: &mut Pixels<'_>,
+    width: usize,
+) {
     let [gain, offset] = layer.appearance.brightness.map(|v| v * 255.0);
     let (scale, at_level, id) = (layer.appearance.value_scale, layer.appearance.value_at_level, (layer.placement.index + 1) as u8);
+    let mut means = vec![];
     for y in 0..pixels.rgba.len() / width {
         let row = y * width..(y + 1) * width;
-        let (rgba, depths) = (&mut pixels.rgba[row.clone()], &mut pixels.depth_mm[row.clone()]);
-        let (ids, values) = (&mut pixels.volume_id[row.clone()], &mut pixels.values[row.clone()]);
-        for x in 0..width {
-            let value = if per_pixel == 1 { nodes.values[row.start + x] } else { mean(nodes.values, width * per_pixel, [x, y], per_pixel) };
-            if value.is_nan() || ids[x] != 0 {
+        let seen = if per_pixel == 1 {
+            &nodes.values[row.clone()]
+        } else {
+            means.clear();
+            means.extend((0..width).map(|x| mean(nodes.values, width * per_pixel, [x, y], per_pixel)));
+            &means
+        };
+        let (rgba, depths) = (pixels.rgba[row.clone()].chunks_mut(LANES), pixels.depth_mm[row.clone()].chunks_mut(LANES));
+        let (ids, shown) = (pixels.volume_id[row.clone()].chunks_mut(LANES), pixels.values[row].chunks_mut(LANES));
+        for ((((rgba, depths), ids), shown), seen) in rgba.zip(depths).zip(ids).zip(shown).zip(seen.chunks(LANES)) {
+            let mut value = [f32::NAN; LANES];
+            value[..seen.len()].copy_from_slice(seen);
+            let value = Floats::load_array(simd, value);
+            let mut free = 0;
+            for (lane, id) in ids.iter().enumerate() {
+                free |= u64::from(*id == 0) << lane;
+            }
+            let is = value.simd_eq(value) & Mask::from_bitmask(simd, free);
+            if !is.any_true() {
                 continue;
             }
-            let grey = (value * gain + offset + 0.5) as u8;
-            rgba[x] = [grey, grey, grey, 255];
-            (depths[x], ids[x]) = (plane_mm, id);
-            values[x] = (at_level + f64::from(value) * scale) as f32;
+            let grey = (value * gain + offset + 0.5).max(0.0).min(255.0).to_int::<Ints<S>>();
+            // Three times the same, and opaque.
+            let color = ((grey * 0x01_0101) | Ints::splat(simd, i32::from_le_bytes([0, 0, 0, u8::MAX]))).to_array().map(i32::to_le_bytes);
+            let value = (Doubles::splat(simd, at_level) + Doubles::of(value) * Doubles::splat(simd, scale)).to_floats().to_array();
+            if is.all_true() {
+                rgba.copy_from_slice(&color);
+                depths.fill(plane_mm);
+                ids.fill(id);
+                shown.copy_from_slice(&value);
+            } else {
+                for lane in numbers(is) {
+                    (rgba[lane], depths[lane], ids[lane], shown[lane]) = (color[lane], plane_mm, id, value[lane]);
+                }
+            }
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Swipe and checkerboard in slices, by scans that are told apart by every value.
+//! Two scans compared in slices, by scans that are told apart by every value.
 
 use super::looking::compare_by;
 use super::*;
@@ -30,8 +30,9 @@ fn count(picture: &Picture, is_second: impl Fn(u32, u32) -> bool) -> [usize; 2] 
 }
 
 #[test]
-fn a_slice_shows_the_first_scan_left_of_the_swipe_and_by_turns_in_squares() {
-    // Fails if a side of the line or a square holds the other scan's values, the line is not where the picture's is, or a plane is left out.
+fn slices_compare_two_scans_as_the_picture_does() {
+    // Fails if a side of the line, a square, a turn or a half holds the other scan's values, the line is not where the picture's is, a plane is left
+    // out, or a click in the right half takes another place than one in the left.
     let files = [cube("a", [0, 60]), cube("b", [100, 200])];
     let sources = files.iter().map(|file| bregma_session::Source { file: file.clone(), ..Default::default() }).collect();
     let builder = Harness::builder().with_size([1280.0, 800.0]).wgpu();
@@ -58,10 +59,35 @@ fn a_slice_shows_the_first_scan_left_of_the_swipe_and_by_turns_in_squares() {
         let [first, second] = count(picture, |x, y| (x / 64 + y / 64) % 2 == 1);
         assert!(first > 1000 && second > 1000, "{plane:?}: {first} {second}");
     }
-    // Beside each other there is no room in a slice: it shows both, as without a comparison.
+    compare_by(&mut window, "Flicker");
+    for &plane in BodyPlane::ALL {
+        let mut turns = [0; 2];
+        for _ in 0..12 {
+            window.run_steps(1);
+            let picture = window.state().slice(plane).unwrap().0;
+            let second = picture.values.iter().any(|value| *value >= 100.0);
+            assert!(count(picture, |_, _| second)[usize::from(second)] > 1000);
+            turns[usize::from(second)] += 1;
+        }
+        assert!(turns[0] > 0 && turns[1] > 0, "{plane:?}: each by turns, {turns:?}");
+    }
     compare_by(&mut window, "Side by side");
-    let picture = window.state().slice(BodyPlane::Axial).unwrap().0;
-    let [first, second] = count(picture, |_, _| false);
-    assert!(first > 1000 && second == 0);
+    for &plane in BodyPlane::ALL {
+        let picture = window.state().slice(plane).unwrap().0;
+        let [first, second] = count(picture, |x, _| x >= picture.width / 2);
+        assert!(first > 1000 && second > 1000, "{plane:?}: {first} {second}");
+    }
+    screenshot(&mut window, "slices-side.png");
+    // The same place in both halves.
+    let rect = window.state().slice(BodyPlane::Axial).unwrap().1;
+    let mut places = vec![];
+    for [x, y] in [[0.2, 0.4], [0.3, 0.6], [0.7, 0.4]] {
+        click(&mut window, rect.min + egui::vec2(rect.width() * x, rect.height() * y));
+        settle(&mut window);
+        // Long enough that the next click is no double one.
+        window.run_steps(20);
+        places.push(window.state().slices().at_mm);
+    }
+    assert!(places[0].distance(places[2]) < 0.1 && places[0].distance(places[1]) > 1.0, "{places:?}");
     files.iter().for_each(|file| std::fs::remove_file(file).unwrap());
 }

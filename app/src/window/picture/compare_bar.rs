@@ -2,7 +2,9 @@
 
 use super::marks;
 use bregma_session::{Compare, Opened};
-use egui::{Align2, Color32, ComboBox, CursorIcon, DragValue, Painter, PointerButton, Pos2, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
+use egui::{
+    Align2, Color32, ComboBox, Context, CursorIcon, DragValue, Painter, PointerButton, Pos2, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2,
+};
 use std::mem::discriminant;
 
 /// Each kind as it begins, its name, and what it shows.
@@ -93,6 +95,29 @@ pub fn names(painter: &Painter, opened: &Opened, rect: Rect, at_s: f64) {
         let short =
             if name.chars().count() > most { format!("{}…", name.chars().take(most).collect::<String>()) } else { (*name).to_owned() };
         marks::text(painter, *at, *anchor, &short, 13.0);
+    }
+}
+
+/// The parts of the screen that show the scene, with their pixels: one, or two side by side.
+pub fn panes(opened: &Opened, rect: Rect, size: [u32; 2]) -> Vec<(Rect, [u32; 2])> {
+    let is_side = opened.compare == Compare::SideBySide;
+    let mut left = rect.left();
+    let pane = |[width, height]: [u32; 2]| {
+        let right = left + width as f32 / size[0] as f32 * rect.width();
+        let pane = Rect::from_x_y_ranges(left..=right, rect.y_range());
+        left = if is_side { right } else { left };
+        (pane, [width, height])
+    };
+    let mut panes: Vec<_> = opened.compare.sizes(opened.compared(), size).into_iter().map(pane).collect();
+    panes.truncate(if is_side { 2 } else { 1 });
+    panes
+}
+
+/// Has the window drawn again when a flicker shows the other scan.
+pub fn ask_at_turn(ctx: &Context, compare: Compare) {
+    if let Compare::Flicker { per_s } = compare {
+        let at_s = ctx.time();
+        ctx.request_repaint_after_secs((((at_s * per_s).floor() + 1.0) / per_s - at_s) as f32);
     }
 }
 

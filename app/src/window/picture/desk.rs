@@ -66,6 +66,8 @@ pub(super) struct Desk {
     /// Number, contents, and whether all pixels are wanted.
     pub wish: Option<(u64, Wish, bool)>,
     pub done: Option<(u64, Result<Painted, String>)>,
+    /// A picture that nobody needs.
+    pub spare: Option<Picture>,
     pub notice: Option<String>,
     pub closed: bool,
 }

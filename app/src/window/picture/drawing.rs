@@ -162,6 +162,9 @@ impl Worker {
         if self.lost.is_some_and(|since| since.elapsed() > AWAY) {
             self.look_for_card(shared);
         }
+        if let Some(picture) = shared.desk().spare.take() {
+            self.renderer.reuse(picture);
+        }
         let mut drawn = self.renderer.sample(&wish.volumes, scene, size, sample);
         if let Err(e) = &drawn
             && self.renderer.backend() == Backend::Gpu

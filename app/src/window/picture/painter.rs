@@ -88,6 +88,11 @@ impl Painter {
         Some(result)
     }
 
+    /// Gives back a picture that another one has taken the place of, for the next one to lie in its memory.
+    pub fn give_back(&self, painted: Painted) {
+        self.shared.desk().spare = Some(painted.picture);
+    }
+
     /// What the person should know about the backend, once.
     pub fn notice(&self) -> Option<String> {
         self.shared.desk().notice.take()

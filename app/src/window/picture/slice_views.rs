@@ -4,6 +4,7 @@ use super::super::measured::{Tool, Work};
 use super::super::under;
 use super::by_hand::{ByHand, Drag};
 use super::cast::Found;
+use super::compare_bar::{ask_at_turn, panes};
 use super::desk::Painted;
 use super::frames;
 use super::marks::{self, Screen};
@@ -13,7 +14,7 @@ use super::view::View;
 use bregma_field::WorldPoint;
 use bregma_measure::mesh::onto_surface;
 use bregma_renderer::{BodyPlane, Camera, Picture, Shape, Window};
-use bregma_session::{Compare, Layout};
+use bregma_session::Layout;
 use egui::emath::GuiRounding;
 use egui::{
     Color32, ColorImage, Context, CursorIcon, Key, PointerButton, Pos2, Rect, Response, Role, Sense, TextureHandle, TextureOptions, Ui,
@@ -132,11 +133,12 @@ pub fn name(plane: BodyPlane) -> &'static str {
 
 impl SliceView {
     fn poll(&mut self, ctx: &Context) -> Option<String> {
-        match self.painter.as_mut()?.poll()? {
+        let painter = self.painter.as_mut()?;
+        match painter.poll()? {
             Ok(mut painted) => {
-                let image = std::mem::take(&mut painted.image);
-                self.put(ctx, image, painted.reduction);
-                self.painted = Some(painted);
+                let (image, reduction) = (std::mem::take(&mut painted.image), painted.reduction);
+                self.painted.replace(painted).into_iter().for_each(|old| painter.give_back(old));
+                self.put(ctx, image, reduction);
                 None
             }
             Err(text) => Some(text),
@@ -172,11 +174,15 @@ impl SliceView {
             self.closes_popup = ui.ctx().any_popup_open();
         }
         let grids = picture.hand.as_ref().map_or_else(|| work.opened.grids(), |hand| hand.grids(&work.opened));
-        let aspect = f64::from(rect.width() / rect.height().max(1.0));
+        let panes = panes(&work.opened, rect, size);
+        let aspect = f64::from(panes[0].0.width() / rect.height().max(1.0));
+        // The mouse stays in the half that it went down in.
+        let at = ui.input(|i| i.pointer.press_origin()).or_else(|| response.interact_pointer_pos()).or_else(|| response.hover_pos());
+        let (own, own_size) = panes.iter().find(|(pane, _)| at.is_some_and(|at| pane.contains(at))).copied().unwrap_or(panes[0]);
         let camera = work.opened.slices.camera(plane, &grids, aspect);
         let before = (work.opened.slices, work.opened.scene.clips.clone());
         let step_mm = work.opened.slices.step_mm(plane, &grids);
-        let hand = Hand { plane, screen: Screen { camera: &camera, rect, size }, step_mm };
+        let hand = Hand { plane, screen: Screen { camera: &camera, rect: own, size: own_size }, step_mm };
         let told = hand.click(&response, self.closes_popup, work, picture);
         hand.drag(ui, &response, &mut self.grip, work, picture.hand.as_ref());
         hand.wheel(ui, &response, &mut self.scrolled, work);
@@ -190,9 +196,12 @@ impl SliceView {
             let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
             ui.painter_at(rect).image(texture.id(), rect, whole, Color32::WHITE);
         }
-        let hand = Hand { plane, screen: Screen { camera: &camera, rect, size }, step_mm };
-        hand.marks(ui, work, found);
-        let under = response.hover_pos().map(|at| hand.point(at));
+        let mut under = None;
+        for (rect, size) in panes {
+            let hand = Hand { plane, screen: Screen { camera: &camera, rect, size }, step_mm };
+            hand.marks(ui, work, found);
+            under = under.or_else(|| response.hover_pos().filter(|at| rect.contains(*at)).map(|at| hand.point(at)));
+        }
         told.map(|()| under)
     }
 
@@ -205,11 +214,13 @@ impl SliceView {
         let resting = left <= 0.0 && !ctx.input(|i| i.pointer.any_down());
         let opened = &work.opened;
         let scene = opened.slices.scene(&opened.scene, camera);
-        // Beside each other there is no room here, and a line or squares are the picture's.
-        let compare = if matches!(opened.compare, Compare::SideBySide | Compare::Flicker { .. }) { Compare::Off } else { opened.compare };
+        let compare = opened.compare;
         let painter = self.painter.get_or_insert_with(|| Painter::of_slices(ctx));
         painter.want(&opened.volumes, &scene, size, (compare, opened.compared()), None, resting);
-        // The line of a swipe moves without a new picture, and squares come in its place.
+        if self.painted.as_ref().is_some_and(|painted| painted.parts.len() == 2) {
+            ask_at_turn(ctx, compare);
+        }
+        // The line of a swipe moves without a new picture, squares come in its place, and a flicker turns.
         if let Some(painted) = &mut self.painted
             && let Some(image) = painted.join(compare, ctx.time())
         {

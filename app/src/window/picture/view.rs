@@ -3,7 +3,7 @@
 use super::super::measured::{Measured, Tool, Work, landmark_at, normal_ray, picked};
 use super::by_hand::{ByHand, Drag};
 use super::cast::{Found, cast, out_of_bone};
-use super::compare_bar;
+use super::compare_bar::{self, ask_at_turn, panes};
 use super::cut_handles::{self, Held};
 use super::desk::Painted;
 use super::frames;
@@ -92,11 +92,11 @@ impl View {
         }
     }
 
-    /// Takes a new picture to the screen.
-    pub fn take(&mut self, ctx: &egui::Context, mut painted: Painted) {
+    /// Takes a new picture to the screen; gives the one that was there before.
+    pub fn take(&mut self, ctx: &egui::Context, mut painted: Painted) -> Option<Painted> {
         let image = std::mem::take(&mut painted.image);
         self.put(ctx, image, painted.reduction);
-        self.painted = Some(painted);
+        self.painted.replace(painted)
     }
 
     fn put(&mut self, ctx: &egui::Context, image: ColorImage, reduction: u32) {
@@ -112,29 +112,13 @@ impl View {
     fn join(&mut self, compare: Compare, ctx: &egui::Context) {
         let Some(painted) = &mut self.painted else { return };
         let at_s = ctx.time();
-        if let Compare::Flicker { per_s } = compare
-            && painted.parts.len() == 2
-        {
-            ctx.request_repaint_after_secs((((at_s * per_s).floor() + 1.0) / per_s - at_s) as f32);
+        if painted.parts.len() == 2 {
+            ask_at_turn(ctx, compare);
         }
         if let Some(image) = painted.join(compare, at_s) {
             let reduction = painted.reduction;
             self.put(ctx, image, reduction);
         }
-    }
-
-    /// The parts of the screen that show the scene, with their pixels: one, or two side by side.
-    fn panes(&self, work: &Work, rect: Rect, size: [u32; 2]) -> Vec<(Rect, [u32; 2])> {
-        let mut left = rect.left();
-        let pane = |[width, height]: [u32; 2]| {
-            let right = left + width as f32 / size[0] as f32 * rect.width();
-            let pane = Rect::from_x_y_ranges(left..=right, rect.y_range());
-            left = if work.opened.compare == Compare::SideBySide { right } else { left };
-            (pane, [width, height])
-        };
-        let mut panes: Vec<_> = work.opened.compare.sizes(work.opened.compared(), size).into_iter().map(pane).collect();
-        panes.truncate(if work.opened.compare == Compare::SideBySide { 2 } else { 1 });
-        panes
     }
 
     /// Shows the picture and lets the mouse work on it, which turns it freely or as a turntable. Gives its size in pixels; `Err` is a sentence for
@@ -163,7 +147,7 @@ impl View {
         if response.clicked_by(PointerButton::Primary)
             && !self.closes_popup
             && let Some(at) = response.interact_pointer_pos()
-            && let Some((pane, pixels)) = self.panes(work, rect, size).into_iter().find(|(pane, _)| pane.contains(at))
+            && let Some((pane, pixels)) = panes(&work.opened, rect, size).into_iter().find(|(pane, _)| pane.contains(at))
         {
             let resets = response.double_clicked() && self.is_ground(ui, work, pane, pixels, at);
             if resets {
@@ -173,12 +157,12 @@ impl View {
             }
         }
         if !self.move_by_hand(ui, &response, work, rect, size)
-            && let Some((pane, pixels)) = self.panes(work, rect, size).first().copied()
+            && let Some((pane, pixels)) = panes(&work.opened, rect, size).first().copied()
         {
             self.hold_landmark(ui, &response, work, pane, pixels);
         }
         if self.held_landmark.is_none() && !self.has_cut(ui, &response, work) {
-            let panes = self.panes(work, rect, size);
+            let panes = panes(&work.opened, rect, size);
             self.navigate(ui, &response, work, &panes, turns_freely);
         }
 
@@ -200,7 +184,7 @@ impl View {
         size: [u32; 2],
     ) -> Option<(Rect, [u32; 2], Pos2)> {
         self.join(work.opened.compare, ui.ctx());
-        let panes = self.panes(work, rect, size);
+        let panes = panes(&work.opened, rect, size);
         let painter = ui.painter_at(rect);
         if let Some(texture) = &self.texture {
             let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
@@ -287,7 +271,7 @@ impl View {
             ui.ctx().set_cursor_icon(CursorIcon::Move);
         }
         // Of two pictures beside each other it follows in the one that the drag began on.
-        let panes = self.panes(work, rect, size);
+        let panes = panes(&work.opened, rect, size);
         let begun = ui.input(|i| i.pointer.press_origin());
         let pane = panes.iter().find(|(pane, _)| begun.is_some_and(|at| pane.contains(at)));
         if let (Some(drag), Some((rect, size))) = (Drag::of(ui, response), pane.copied()) {
