@@ -141,7 +141,7 @@ const REACH: f64 = 1.0 / 20.0;
 
 /// As far as what belongs to a point is looked for where nobody says how far, mm.
 pub fn reach_mm(volumes: [&Volume; 2]) -> f64 {
-    let radius_mm = volumes.map(|v| Bounds::of([v.grid()].into_iter()).radius_mm).into_iter().fold(f64::INFINITY, f64::min);
+    let radius_mm = volumes.map(|v| Bounds::of([v.grid()]).radius_mm).into_iter().fold(f64::INFINITY, f64::min);
     let digit = 10.0_f64.powf((REACH * radius_mm).max(1e-6).log10().floor());
     (REACH * radius_mm / digit).ceil() * digit
 }

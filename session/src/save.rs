@@ -182,7 +182,7 @@ mod tests {
         let order = Order::new(&opened.volumes[0], &opened.scene.layers[0], 0, Method::Normal, String::new());
         let whole = order.measure(&Progress::default()).unwrap();
         let (known, scale) = (whole.statistics.count, Scale { colors: Colors::Viridis, ends_mm: [0.0, 16.0] });
-        let coat = Coat { map: Arc::new(whole), scale };
+        let coat = ThicknessCoat { map: Arc::new(whole), scale };
         map(&folder.join("a.csv"), &coat, TableStyle::default()).unwrap();
         assert_eq!(fs::read_to_string(folder.join("a.csv")).unwrap().lines().count(), known + 1);
         map(&folder.join("a.PLY"), &coat, TableStyle::default()).unwrap();

@@ -151,7 +151,7 @@ impl<'a> Partners<'a> {
         // What one attempt in a cell leaves open is looked at when all cells had theirs: the best is near then, and little is left.
         let mut open = vec![];
         self.tree.near(at, best.square.sqrt(), |passed| {
-            if !in_cell(passed.cell, &passed.f).attempt(Part::CELL, &mut best) {
+            if !in_cell(passed.cell, &passed.f).attempt(Part::CELL, &mut best, false) {
                 open.push(*passed);
             }
             best.square.sqrt()
@@ -190,15 +190,21 @@ impl InCell<'_> {
     }
 
     /// Takes the nearest point of a part of the cell, if one step after the other leads to it; whether nothing in it is nearer than `best` now.
-    fn attempt(&self, part: Part, best: &mut Best) -> bool {
+    fn attempt(&self, part: Part, best: &mut Best, is_thorough: bool) -> bool {
         let Some(part) = self.left(part, best) else { return true };
         let metric = &self.partners.metric;
         let Some(found) = stationary(&self.f, part, self.target, metric) else { return false };
         let [is_nearer, mut is_taken] = self.take(&found, best);
         let slides_out = is_nearer && !is_taken && self.facing.is_some_and(|facing| facing.value(found.point) > 0.0);
-        // Its nearest place faces the right way and is none, as it slides out of the cell; another sheet in the cell may have one.
-        if slides_out && self.f.has_sheets() {
-            is_taken = all_stationary(&self.f, part, self.target, metric).fold(false, |taken, other| self.take(&other, best)[1] || taken);
+        // Its nearest place faces the right way and is none, as it slides out of the cell. Another sheet, or the other end of this one, may have
+        // one: what is reached from where the surface crosses the cell's edges is tried, once the best is near and few cells are left.
+        if slides_out && !is_thorough {
+            return false;
+        }
+        if slides_out {
+            for other in all_stationary(&self.f, part, self.target, metric) {
+                is_taken |= self.take(&other, best)[1];
+            }
         }
         (is_taken || !is_nearer || slides_out) && found.is_nearest_in(&self.f, part, metric)
     }
@@ -228,7 +234,7 @@ impl InCell<'_> {
 
     /// Looks for something nearer than `best` in a part of the cell until there is nothing.
     fn search(&self, part: Part, best: &mut Best) {
-        if best.parts_left == 0 || self.attempt(part, best) {
+        if best.parts_left == 0 || self.attempt(part, best, true) {
             return;
         }
         best.parts_left -= 1;

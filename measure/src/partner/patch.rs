@@ -71,21 +71,6 @@ impl Trilinear {
         [low, high]
     }
 
-    /// Whether the surface may pass the cell in several sheets: the corners inside, or those outside, do not all hang together along its edges.
-    pub fn has_sheets(&self) -> bool {
-        let inside = self.corners(Part::CELL).iter().enumerate().fold(0_u8, |mask, (c, value)| mask | u8::from(*value >= 0.0) << c);
-        let hangs_together = |corners: u8| {
-            let mut reached = corners & corners.wrapping_neg();
-            for _ in 0..8 {
-                let along_x = (reached & 0x55) << 1 | (reached & 0xAA) >> 1;
-                let along_y = (reached & 0x33) << 2 | (reached & 0xCC) >> 2;
-                reached |= (along_x | along_y | reached << 4 | reached >> 4) & corners;
-            }
-            reached == corners
-        };
-        !(hangs_together(inside) && hangs_together(!inside))
-    }
-
     /// Its second derivatives by x and y, y and z, z and x; those by one axis alone are 0.
     fn mixed(&self, u: DVec3) -> DVec3 {
         let a = &self.0;

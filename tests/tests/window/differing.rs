@@ -28,7 +28,7 @@ fn a_map_of_differences_is_measured_painted_and_leads_to_rays() {
     window.get_by_label_contains("stands out over");
     screenshot(&mut window, "differences.png");
     let target = on_bone(&window);
-    window.event(egui::Event::PointerMoved(target));
+    window.event(Event::PointerMoved(target));
     window.run_steps(4);
     assert!(window.state().under().contains("difference "), "{}", window.state().under());
     // The other surface wears the same map.
