@@ -1,8 +1,8 @@
 //! How two scans differ over their whole surfaces, or a scan from its own mirror image: what is asked for, and what came of it.
 
-use crate::measurement::Origin;
+use crate::difference_order::{By, Order, RecordedHalf, Told};
+use crate::measurement::{Origin, RecordedDifference};
 use crate::opened::Opened;
-use crate::record::SAME_MM;
 use bregma_field::{Bounds, Volume, WorldPoint};
 use bregma_field::{Cancelled, Covariance, GridError, Progress, Surface, crossings};
 use bregma_measure::difference::{self, PointErrors, Side, Statistics};
@@ -11,70 +11,10 @@ use bregma_measure::partner::Partners;
 use bregma_measure::{Registered, corrections, iso_tolerance, mirrored, unlike_thresholds};
 use bregma_register::Parts;
 use bregma_register::orient::{OrientError, symmetry};
-use bregma_renderer::{Clip, Layer, Ray, named};
+use bregma_renderer::{Layer, Ray};
 use glam::{DAffine3, DVec3};
-use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use thiserror::Error;
-
-named! {
-    /// Which difference of two surfaces.
-    #[derive(Default)]
-    pub enum By {
-        /// To the nearest place that faces the same way.
-        #[default]
-        Partner = "partner",
-        /// To the nearest place of either side of a wall.
-        Closest = "closest",
-        /// Along the normal.
-        Normal = "normal",
-        /// Of the thickness at partners.
-        Thickness = "thickness",
-        /// To the scan's own mirror image, by partners.
-        Asymmetry = "asymmetry",
-    }
-}
-
-impl By {
-    /// What + means, in words, for scans of these names.
-    pub fn legend(self, [first, second]: [&str; 2]) -> String {
-        match self {
-            Self::Partner => format!("+ : {second} stands out over {first}, to the nearest place that faces the same way"),
-            Self::Closest => format!("+ : {second} stands out over {first}, to the nearest place of any sheet"),
-            Self::Normal => format!("+ : {second} stands out over {first}, along the normal"),
-            Self::Thickness => format!("+ : the bone of {second} is thicker than that of {first}"),
-            Self::Asymmetry => format!("+ : the other side of {first}, mirrored, stands out over this one"),
-        }
-    }
-
-    fn of_points(self) -> difference::By {
-        match self {
-            Self::Partner | Self::Asymmetry => difference::By::Partner,
-            Self::Closest => difference::By::Closest,
-            Self::Normal => difference::By::Normal,
-            Self::Thickness => difference::By::Thickness,
-        }
-    }
-}
-
-/// A difference to be measured.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Order {
-    /// Which.
-    pub by: By,
-    /// Numbers of the first and the second of the open scans; of an asymmetry the first counts.
-    #[serde(default)]
-    pub pair: [usize; 2],
-    /// What belongs to a point is looked for so far, mm; see [`reach_mm`] where absent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub reach_mm: Option<f64>,
-    /// Where.
-    #[serde(default, skip_serializing_if = "Parts::is_all")]
-    pub parts: Parts,
-    /// Only what cuts leave of the surfaces.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub clips: Vec<Clip>,
-}
 
 /// Why there is no difference.
 #[derive(Debug, Error)]
@@ -309,62 +249,5 @@ impl Measured {
             },
             made_by: made_by.cloned(),
         }
-    }
-}
-
-/// A difference as sessions and exports keep it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct RecordedDifference {
-    /// What was asked for and found.
-    pub difference: Told,
-    /// What it was made by and on.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub made_by: Option<Origin>,
-}
-
-/// What was asked for and found.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Told {
-    /// What was asked for.
-    #[serde(flatten)]
-    pub order: Order,
-    /// As far as was looked, mm.
-    #[serde(rename = "looked_within_mm")]
-    pub reach_mm: f64,
-    /// What + means.
-    pub legend: String,
-    /// The largest magnitude on either, mm.
-    pub largest_mm: f64,
-    /// On the first and on the second surface.
-    pub halves: Vec<RecordedHalf>,
-    /// What the person should know.
-    pub notes: Vec<String>,
-}
-
-/// The differences on one surface in short.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct RecordedHalf {
-    /// Of which scan.
-    pub on: String,
-    /// See [`Statistics`].
-    pub statistics: Option<serde_json::Value>,
-}
-
-impl RecordedDifference {
-    /// The numbers by which two records are compared: a name and millimetres, or mm².
-    pub(crate) fn numbers(&self) -> Vec<(String, f64)> {
-        let of = |half: &RecordedHalf| {
-            let number = |key: &str| half.statistics.as_ref().and_then(|s| s[key].as_f64()).map(|v| (format!("{}: {key}", half.on), v));
-            ["area_mm2", "without_mm2", "mean_mm", "mean_magnitude_mm", "rms_mm", "deviation_mm", "sure"]
-                .into_iter()
-                .filter_map(number)
-                .collect::<Vec<_>>()
-        };
-        self.difference.halves.iter().flat_map(of).chain([("largest".to_owned(), self.difference.largest_mm)]).collect()
-    }
-
-    /// Whether two numbers are the same: sums of as many areas as a surface has points are good to fewer digits than one length.
-    pub(crate) fn is_same(was: f64, is: f64) -> bool {
-        (was - is).abs() <= SAME_MM * (1.0 + was.abs())
     }
 }

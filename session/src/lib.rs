@@ -10,6 +10,7 @@ pub mod coat;
 mod compare;
 mod date;
 pub mod difference;
+mod difference_order;
 
 pub mod difference_picture;
 pub mod difference_report;
@@ -37,11 +38,12 @@ pub mod volumes;
 
 pub use bregma_measure::landmarks::{CRANIOMETRIC, Landmark, Template};
 pub use compare::{Compare, Part, compared};
+pub use difference_order::{By as DifferenceBy, Order as DifferenceOrder};
 pub use frame_rate::{FrameRate, FrameRateError};
 pub use keeping::Made;
 pub use kind::Kind;
 pub use machine::Machine;
-pub use measurement::{MeasuredScan, Measurement, Origin, RecordedRay};
+pub use measurement::{MeasuredScan, Measurement, Origin, RecordedDifference, RecordedRay};
 pub use opened::{DEMO_SIZE, InputError, Opened, same_scans, scans, without_spacing};
 pub use poses::KeptPose;
 pub use session_file::{Session, SessionError};

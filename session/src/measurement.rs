@@ -1,6 +1,6 @@
 //! What was measured, as sessions and exports keep it: with what it was measured on, so that anyone can measure it again.
 
-use crate::difference::RecordedDifference;
+use crate::difference_order::{RecordedHalf, Told};
 use crate::source::Source;
 use bregma_field::WorldPoint;
 use bregma_measure::DifferenceRay;
@@ -41,6 +41,30 @@ pub struct RecordedRay {
     volumes: Option<Vec<RecordedVolume>>,
     #[serde(flatten)]
     rest: Map<String, Value>,
+}
+
+/// A difference as sessions and exports keep it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RecordedDifference {
+    /// What was asked for and found.
+    pub difference: Told,
+    /// What it was made by and on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub made_by: Option<Origin>,
+}
+
+impl RecordedDifference {
+    /// The numbers by which two records are compared: a name and millimetres, or mm².
+    pub(crate) fn numbers(&self) -> Vec<(String, f64)> {
+        let of = |half: &RecordedHalf| {
+            let number = |key: &str| half.statistics.as_ref().and_then(|s| s[key].as_f64()).map(|v| (format!("{}: {key}", half.on), v));
+            ["area_mm2", "without_mm2", "mean_mm", "mean_magnitude_mm", "rms_mm", "deviation_mm", "sure"]
+                .into_iter()
+                .filter_map(number)
+                .collect::<Vec<_>>()
+        };
+        self.difference.halves.iter().flat_map(of).chain([("largest".to_owned(), self.difference.largest_mm)]).collect()
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

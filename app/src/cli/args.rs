@@ -9,11 +9,11 @@ use super::sources::Sources;
 use bregma_measure::volumes::cavity::Disc;
 use bregma_register::Part;
 use bregma_renderer::{MOST_SAMPLES, Mode, Solver};
-use bregma_session::difference::By as DifferenceBy;
+
 use bregma_session::register::By;
 use bregma_session::thickness::ThicknessMethod;
 use bregma_session::thickness_picture::Colors;
-use bregma_session::{Compare, DEMO_SIZE, Machine};
+use bregma_session::{Compare, DEMO_SIZE, DifferenceBy, Machine};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 use std::path::PathBuf;

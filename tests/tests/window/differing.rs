@@ -1,7 +1,7 @@
 //! Maps of the difference between two scans.
 
 use super::*;
-use bregma_session::difference::By;
+use bregma_session::DifferenceBy as By;
 
 #[test]
 fn a_map_of_differences_is_measured_painted_and_leads_to_rays() {

@@ -10,18 +10,18 @@ use bregma_measure::numbers::{fixed, signed};
 use bregma_register::Parts;
 use bregma_renderer::{Color, Mode};
 use bregma_session::coat::{Coat, white};
-use bregma_session::difference::{By, Half, Measured, Order, measure};
+use bregma_session::difference::{Half, Measured, measure};
 use bregma_session::difference_picture::{DifferenceCoat, Scale};
 use bregma_session::difference_report::html;
 use bregma_session::output::{figure_png, make_folder, write_whole};
-use bregma_session::{Machine, Opened, Origin};
+use bregma_session::{DifferenceBy, DifferenceOrder, Machine, Opened, Origin};
 use std::path::Path;
 use std::sync::Arc;
 
 /// Measures how the second scan differs from the first, and writes it.
 pub fn difference(args: &DifferenceArgs, machine: Machine) -> Result<(), CommandError> {
     let mut opened = open(&args.sources.0, &args.isovalues)?;
-    let wanted = if args.by == By::Asymmetry { 1 } else { 2 };
+    let wanted = if args.by == DifferenceBy::Asymmetry { 1 } else { 2 };
     if opened.volumes.len() != wanted {
         let count = opened.volumes.len();
         return Err(CommandError::Usage(format!("{count} scans are named; such a difference is of {wanted}")));
@@ -30,7 +30,7 @@ pub fn difference(args: &DifferenceArgs, machine: Machine) -> Result<(), Command
     if args.range.is_some_and(|range| range <= 0.0) || args.reach.is_some_and(|reach| reach <= 0.0) {
         return Err(CommandError::Usage("--range and --reach are lengths in mm, larger than 0".into()));
     }
-    let order = Order {
+    let order = DifferenceOrder {
         by: args.by,
         pair: [0, wanted - 1],
         reach_mm: args.reach,
@@ -62,7 +62,7 @@ pub fn difference(args: &DifferenceArgs, machine: Machine) -> Result<(), Command
 fn drawn(
     opened: &mut Opened,
     coat: &DifferenceCoat,
-    order: &Order,
+    order: &DifferenceOrder,
     args: &DifferenceArgs,
     machine: Machine,
 ) -> Result<Vec<u8>, CommandError> {

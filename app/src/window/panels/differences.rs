@@ -12,9 +12,9 @@ use bregma_measure::numbers::{fixed, signed};
 use bregma_register::{Part, Parts};
 use bregma_renderer::{Mode, Scene};
 use bregma_session::coat::{Coat, white};
-use bregma_session::difference::{By, Measured, Order, measure, reach_mm};
+use bregma_session::difference::{Measured, measure, reach_mm};
 use bregma_session::difference_picture::{DifferenceCoat, Scale, share};
-use bregma_session::{Measurement, Origin, save};
+use bregma_session::{DifferenceBy as By, DifferenceOrder as Order, Measurement, Origin, save};
 use egui::{Align2, Color32, ComboBox, DragValue, FontId, Grid, Rect, Role, ScrollArea, Sense, Ui, WidgetInfo, pos2, vec2};
 use std::sync::Arc;
 
