@@ -53,7 +53,7 @@ pub struct Order {
     /// Numbers of the first and the second of the open scans; of an asymmetry the first counts.
     #[serde(default)]
     pub pair: [usize; 2],
-    /// What belongs to a point is looked for so far, mm; see [`reach_mm`] where absent.
+    /// What belongs to a point is looked for so far, mm; a twentieth of the smaller scan's radius, rounded up, where absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reach_mm: Option<f64>,
     /// Where.

@@ -88,11 +88,12 @@ fn scroll_and_click(window: &mut Window, label: &str) {
 }
 
 /// What is open one after the other.
-const STEPS: [Step; 16] = [
+const STEPS: [Step; 17] = [
     ("rays", |window| open_side(window, "Results")),
     ("who is inside where", |window| window.get_by_label("Who is inside where").click_accesskit()),
     ("landmarks", |window| window.get_by_label_contains("Landmarks (").click()),
     ("thickness", |window| window.get_by_label("Thickness").click()),
+    ("differences", |window| window.get_by_label("Differences").click()),
     ("register by landmarks", |window| {
         window.get_by_label("Register").click();
         window.run_steps(4);
