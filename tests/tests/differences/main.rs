@@ -8,6 +8,7 @@
 mod brute;
 mod known;
 mod partners;
+mod pictures;
 
 use bregma_field::{Grid, Samples, Surface, Volume};
 use bregma_tests::Random;
