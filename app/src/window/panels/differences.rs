@@ -6,7 +6,7 @@ use super::super::job::Job;
 use super::super::measured::Work;
 use super::super::under::place;
 use super::super::widgets::named_radio;
-use bregma_field::{Ray, WorldPoint};
+use bregma_field::{Progress, Ray, WorldPoint};
 use bregma_measure::difference::{Extreme, Statistics};
 use bregma_measure::numbers::{fixed, signed};
 use bregma_register::{Part, Parts};
@@ -31,7 +31,10 @@ pub struct DifferencesPanel {
     range_mm: Option<f64>,
     isolines_mm: Option<f64>,
     all_colors: bool,
-    job: Option<Job<Measured>>,
+    /// The difference, and what it is measured on, which may change meanwhile.
+    job: Option<Job<(Measured, Option<Origin>)>>,
+    /// What the finished map was measured on.
+    origin: Option<Origin>,
     coat: Option<Arc<DifferenceCoat>>,
     /// The surface keeps its own colour though there is a map of it.
     hidden: bool,
@@ -60,9 +63,10 @@ impl DifferencesPanel {
     pub fn poll(&mut self, bench: &mut Bench) -> Result<(), String> {
         let Some(result) = self.job.as_ref().and_then(Job::poll) else { return Ok(()) };
         self.job = None;
-        let measured = Arc::new(result.map_err(|e| format!("The difference was not measured: {e}"))?);
-        let origin = Origin::of(&bench.work.opened);
+        let (measured, origin) = result.map_err(|e| format!("The difference was not measured: {e}"))?;
+        let measured = Arc::new(measured);
         bench.work.opened.measurements.push(Measurement::Difference(Box::new(measured.record(origin.as_ref()))));
+        self.origin = origin;
         (self.hidden, self.range_mm) = (false, None);
         self.coat = Some(Arc::new(DifferenceCoat { scale: self.scale(&measured), measured, on: 0 }));
         Ok(())
@@ -131,7 +135,8 @@ impl DifferencesPanel {
         let measures = ui.add_enabled(!is_one, egui::Button::new("Measure the difference")).on_disabled_hover_text("Choose two scans");
         if measures.clicked() {
             let (opened, order) = (opened.clone(), self.order(work, pair));
-            self.job = Some(Job::start(ui.ctx(), "Measuring".into(), move |progress| measure(&opened, &order, progress)));
+            let work = move |progress: &Progress| measure(&opened, &order, progress).map(|measured| (measured, Origin::of(&opened)));
+            self.job = Some(Job::start(ui.ctx(), "Measuring".into(), work));
         }
     }
 
@@ -202,7 +207,7 @@ impl DifferencesPanel {
         }
         if ui.button("Save map…").on_hover_text("The points as CSV, the coloured surface as PLY, or a report as HTML").clicked() {
             let coat = Arc::clone(coat);
-            let origin = Origin::of(&bench.work.opened);
+            let origin = self.origin.clone();
             bench.save(ui.ctx(), SAVE, move |bench, file| {
                 save::difference(file, &coat, origin.as_ref(), bench.remembered.preferences.tables)
             });
