@@ -187,8 +187,8 @@ impl EndError {
         }
     }
 
-    /// What many have in common, each with its weight (their sum is 1): noise and the places of the samples, by which each errs by itself,
-    /// leave nothing.
+    /// The sum of what many have in common, each times its weight: noise and the places of the samples, by which each errs by itself, leave
+    /// nothing in a mean.
     pub fn common(all: impl Iterator<Item = (Self, f64)>) -> Self {
         all.fold(Self { is_boundary: true, ..Self::default() }, |sum, (end, weight)| Self {
             threshold_mm: sum.threshold_mm + weight * end.threshold_mm,

@@ -5,7 +5,7 @@ use crate::measurement::{Origin, RecordedDifference};
 use crate::opened::Opened;
 use bregma_field::{Bounds, Volume, WorldPoint};
 use bregma_field::{Cancelled, Covariance, GridError, Progress, Surface, crossings};
-use bregma_measure::difference::{self, PointErrors, Side, Statistics};
+use bregma_measure::difference::{self, Asked, PointErrors, Side, Statistics};
 use bregma_measure::mesh::Mesh;
 use bregma_measure::partner::Partners;
 use bregma_measure::{Registered, corrections, iso_tolerance, mirrored, unlike_thresholds};
@@ -25,12 +25,20 @@ pub enum DifferenceError {
     /// Stopped by request.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+    /// A pair that is not there.
+    #[error("a difference is asked for of scan number {number}, and {open} are open; open the scans that it was made of")]
+    NotOpen {
+        /// The scan, from 1.
+        number: usize,
+        /// How many there are.
+        open: usize,
+    },
     /// No plane of symmetry.
     #[error(transparent)]
     Orient(#[from] OrientError),
     /// Nothing of one surface has a partner on the other.
     #[error(
-        "{first} and {second}: nothing of the one surface lies within {reach_mm} mm of the other there; register them, or choose another place or a longer reach"
+        "{first} and {second}: nothing of the one surface lies within {reach_mm} mm of the other there; register them, or choose another place, a longer reach or other isovalues"
     )]
     Apart {
         /// The first scan.
@@ -83,6 +91,11 @@ const REACH: f64 = 1.0 / 20.0;
 pub fn reach_mm(volumes: [&Volume; 2]) -> f64 {
     let radius_mm = volumes.map(|v| Bounds::of([v.grid()]).radius_mm).into_iter().fold(f64::INFINITY, f64::min);
     let digit = 10.0_f64.powf((REACH * radius_mm).max(1e-6).log10().floor());
+    if digit < 1.0 {
+        // A whole number of parts, so that it is written as it is said.
+        let parts = (1.0 / digit).round();
+        return (REACH * radius_mm * parts).ceil() / parts;
+    }
     (REACH * radius_mm / digit).ceil() * digit
 }
 
@@ -113,6 +126,9 @@ impl Placed<'_> {
 /// Measures how the second of a pair of what is open differs from the first.
 pub fn measure(opened: &Opened, order: &Order, progress: &Progress) -> Result<Measured, DifferenceError> {
     let [first, second] = order.pair;
+    if let Some(number) = order.pair.into_iter().find(|n| *n >= opened.volumes.len()) {
+        return Err(DifferenceError::NotOpen { number: number + 1, open: opened.volumes.len() });
+    }
     let a = Placed::of(opened, first);
     let b = if order.by == By::Asymmetry { image(opened, first, progress)? } else { Placed::of(opened, second) };
     let placed = [&a, &b];
@@ -122,7 +138,9 @@ pub fn measure(opened: &Opened, order: &Order, progress: &Progress) -> Result<Me
     let partners = [Partners::of(&surfaces[0], progress)?, Partners::of(&surfaces[1], progress)?];
     let errors = |n: usize| PointErrors::of(&surfaces[n], &meshes[n], placed[n].iso, iso_tolerance(placed[n].volume), progress);
     let errors = [errors(0)?, errors(1)?];
-    let registered = [a.registered(), b.registered()];
+    // A mirror image moves with its scan, wherever that is.
+    let registered = placed.map(|p| if order.by == By::Asymmetry { Registered::default() } else { p.registered() });
+    let asked = [0, 1].map(|n| asked(&surfaces[n], &meshes[n], order, placed[n].index));
     let maps = {
         let side = |n: usize| Side {
             surface: &surfaces[n],
@@ -131,11 +149,13 @@ pub fn measure(opened: &Opened, order: &Order, progress: &Progress) -> Result<Me
             errors: &errors[n],
             registered: registered[n],
         };
-        let on = |first: bool| difference::map(side(0), side(1), first, order.by.of_points(), reach_mm, progress);
+        let on = |first: bool| {
+            let asked = Asked { by: order.by.of_points(), reach_mm, at: &asked[usize::from(!first)] };
+            difference::map(side(0), side(1), first, asked, progress)
+        };
         [on(true)?, on(false)?]
     };
-    let asked = [0, 1].map(|n| asked(&surfaces[n], &meshes[n], order, placed[n].index));
-    let statistics = [0, 1].map(|n| Statistics::of(&meshes[n], &maps[n], registered, |vertex| asked[n][vertex]));
+    let statistics = [0, 1].map(|n| Statistics::of(&meshes[n], &maps[n], registered, &asked[n]));
     if statistics.iter().all(Option::is_none) {
         return Err(DifferenceError::Apart { first: a.name, second: b.name, reach_mm });
     }
@@ -211,13 +231,13 @@ fn notes([a, b]: [&Placed<'_>; 2], by: By) -> Vec<String> {
 impl Measured {
     /// Whether its scans are open, with the isovalues and where they were.
     pub fn is_of(&self, opened: &Opened) -> bool {
-        let is_there = |(half, n): (&Half, &usize)| {
+        let is_there = |(k, (half, n)): (usize, (&Half, &usize))| {
             let (Some(volume), Some(layer)) = (opened.volumes.get(*n), opened.scene.layers.get(*n)) else { return false };
-            let is_image = self.order.by == By::Asymmetry && half.transform != self.halves[0].transform;
-            let is_placed = is_image || half.transform == layer.transform;
+            // A mirror image lies elsewhere than its scan.
+            let is_placed = k == 1 && self.order.by == By::Asymmetry || half.transform == layer.transform;
             Arc::ptr_eq(volume, &half.surface.volume) && half.iso == layer.iso && is_placed
         };
-        self.halves.iter().zip(&self.order.pair).all(is_there)
+        self.halves.iter().zip(&self.order.pair).enumerate().all(is_there)
     }
 
     /// The larger of both one-sided distances, where it is that of closest points: the Hausdorff distance within the reach, mm.
@@ -227,7 +247,7 @@ impl Measured {
 
     /// The end of a symmetric range of colours, mm: what 95 % of the areas stay below.
     pub fn range_mm(&self) -> f64 {
-        self.halves.iter().filter_map(|h| h.statistics.as_ref()).map(Statistics::range_mm).fold(0.0, f64::max)
+        self.halves.iter().filter_map(|h| h.statistics.as_ref()).map(|s| s.magnitude_95_mm).fold(0.0, f64::max)
     }
 
     /// What + means.

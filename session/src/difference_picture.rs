@@ -1,13 +1,13 @@
 //! A map of differences as a picture: one of the two surfaces in the colours of what it differs by, with a legend.
 
 use crate::chart::fonts::{FONT, fonts};
-use crate::coat::{self, Coat, Figure, dye};
+use crate::coat::{self, Coat, Figure, dye, white};
 use crate::difference::{Half, Measured};
 use bregma_field::WorldPoint;
 use bregma_measure::difference::Statistics;
 use bregma_measure::numbers::{fixed, signed};
 use bregma_measure::thickness::cell_at;
-use bregma_renderer::{Color, Picture, Scene};
+use bregma_renderer::{Color, Mode, Picture, Scene};
 use plotters::prelude::{BitMapBackend, DrawingArea, DrawingBackend, IntoDrawingArea, IntoFont, RGBColor, Rectangle, Text, WHITE};
 use plotters::style::Color as _;
 use std::error::Error;
@@ -24,6 +24,8 @@ pub struct Scale {
     pub isolines_mm: Option<f64>,
 }
 
+/// The narrowest range of colours, mm: far below what any scan tells.
+pub const LEAST_RANGE_MM: f64 = 0.001;
 /// Of what is not sure to differ.
 const WITHIN_ERROR: [u8; 3] = [188, 188, 188];
 /// Stripes of what has no partner.
@@ -71,6 +73,25 @@ impl DifferenceCoat {
     /// The surface that wears it.
     pub fn half(&self) -> &Half {
         &self.measured.halves[self.on]
+    }
+
+    /// The scene to paint on: the surface alone, where it was measured.
+    pub fn scene(&self, scene: &Scene) -> Scene {
+        let mut scene = white(scene.clone());
+        scene.mode = Mode::Iso;
+        let shown = self.measured.order.pair[self.on];
+        scene.layers.iter_mut().enumerate().for_each(|(n, layer)| layer.visible = n == shown);
+        // A mirror image lies elsewhere than its scan.
+        if let Some(layer) = scene.layers.get_mut(shown) {
+            layer.transform = self.half().transform;
+        }
+        scene
+    }
+
+    /// The colour of a vertex.
+    pub fn vertex_color(&self, vertex: usize) -> [u8; 3] {
+        let half = self.half();
+        if half.asked[vertex] { self.scale.color(half.map.values_mm[vertex], half.map.errors_mm[vertex]) } else { NOT_ASKED }
     }
 
     /// What the map says at a point of the surface: of the vertices of the cells around, those that face as the point's own does, each counted
@@ -137,28 +158,28 @@ impl Coat for DifferenceCoat {
     fn told_at(&self, point: WorldPoint) -> Option<String> {
         match self.at(point) {
             Seen::NotAsked => None,
-            Seen::Without => Some("no partner".into()),
+            Seen::Without => Some("no difference is known".into()),
             Seen::Known { mm, error_mm } => Some(format!("difference {} ± {} mm", signed(f64::from(mm), 2), fixed(f64::from(error_mm), 2))),
         }
     }
 
     fn figure(&self, picture: &Picture) -> Result<Figure, Box<dyn Error>> {
         fonts();
-        let (width, height) = (picture.width + LEGEND, picture.height.max(460));
+        let statistics = self.half().statistics.as_ref();
+        let lines = [words(&self.measured.legend()), vec![String::new()], words(&format!("on {}", self.half().name))].concat();
+        let (top, told) = (24 + 17 * lines.len() as i32, statistics.map(told).unwrap_or_default());
+        let below = top + BAR + 18;
+        let (width, height) = (picture.width + LEGEND, picture.height.max((below + 18 * told.len() as i32) as u32 + 10));
         let mut rgb = vec![255; (width * height * 3) as usize];
         {
             let area = BitMapBackend::with_buffer(&mut rgb, (width, height)).into_drawing_area();
             area.fill(&WHITE)?;
-            let statistics = self.half().statistics.as_ref();
-            let lines = [words(&self.measured.legend()), vec![String::new(), format!("on {}", self.half().name)]].concat();
             let x = picture.width as i32 + 16;
             for (n, line) in lines.iter().enumerate() {
                 area.draw(&Text::new(line.clone(), (x, 10 + 17 * n as i32), (FONT, 14).into_font()))?;
             }
-            let top = 24 + 17 * lines.len() as i32;
             self.bar(&area, (x, top), statistics)?;
-            let below = top + BAR + 18;
-            for (n, line) in statistics.map(told).unwrap_or_default().iter().enumerate() {
+            for (n, line) in told.iter().enumerate() {
                 area.draw(&Text::new(line.clone(), (x, below + 18 * n as i32), (FONT, 14).into_font()))?;
             }
             area.present()?;
@@ -211,14 +232,13 @@ pub fn share(statistics: &Statistics, mm: f64) -> Option<f64> {
 
 /// The statistics in a few lines.
 fn told(s: &Statistics) -> Vec<String> {
-    let part = |mm2: f64| fixed(100.0 * mm2 / (s.area_mm2 + s.without_mm2), 1);
     vec![
         format!("mean {} ± {} mm", signed(s.mean_mm, 3), fixed(s.mean_uncertainty.error_mm, 3)),
         format!("RMS {} mm, SD {} mm", fixed(s.rms_mm, 3), fixed(s.deviation_mm, 3)),
         format!("5 to 95 %: {} to {} mm", signed(s.quantiles_mm[1], 2), signed(s.quantiles_mm[5], 2)),
         format!("beyond its ±: {} % of the area", fixed(100.0 * s.sure, 1)),
         "grey: within its ±".into(),
-        format!("hatched, no partner: {} %", part(s.without_mm2)),
+        format!("hatched, no number: {} %", fixed(100.0 * s.without(), 1)),
     ]
 }
 

@@ -6,6 +6,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use bregma_measure::difference::{Extreme, Statistics};
 use bregma_measure::numbers::{fixed, signed};
+use bregma_register::{Part, Parts};
 use glam::DVec3;
 
 /// The page. `figures` are PNGs, each with its caption.
@@ -24,14 +25,33 @@ pub fn html(measured: &Measured, figures: &[(String, Vec<u8>)], made_by: Option<
     let notes: String = measured.notes.iter().map(|note| format!("<li>{}</li>\n", plain(note))).collect();
     format!(
         "<!doctype html>\n<html lang=\"en\"><meta charset=\"utf-8\"><title>{second} − {first}</title>\n<style>{STYLE}</style>\n<h1>{second} − {first}</h1>\n\
-         <p>{}. Partners are looked for within {} mm. ± is half the width of the interval that holds a difference in 95 of 100 cases.</p>\n\
+         <p>{}. Partners are looked for within {} mm, {}. ± is half the width of the interval that holds a difference in 95 of 100 cases.</p>\n\
          {pictures}<h2>By area</h2>\n{}\n<h2>Largest differences beyond their ±</h2>\n{}\n<h2>Made from</h2>\n{}<ul>\n{notes}</ul>\n</html>\n",
         plain(&measured.legend()),
         fixed(measured.reach_mm, 2),
+        plain(&place_of(measured)),
         table(&measured.halves),
         measured.halves.iter().map(extremes).collect::<String>(),
         made_by.map_or(String::new(), origin),
     )
+}
+
+/// Where it was measured, in words.
+fn place_of(measured: &Measured) -> String {
+    let part = |part: &Part| match part {
+        Part::Ball { centre_mm, radius_mm } => format!("within {} mm of {}", fixed(*radius_mm, 2), place(*centre_mm)),
+        Part::Box { low_mm, high_mm } => format!("between {} and {}", place(*low_mm), place(*high_mm)),
+    };
+    let list = |parts: &[Part]| parts.iter().map(part).collect::<Vec<_>>().join(" or ");
+    let Parts { only, but } = &measured.order.parts;
+    let mut words = if only.is_empty() { "everywhere".to_owned() } else { list(only) };
+    if !but.is_empty() {
+        words += &format!(", but not {}", list(but));
+    }
+    if !measured.order.clips.is_empty() {
+        words += ", of what the cuts leave";
+    }
+    words
 }
 
 const STYLE: &str = "body{font:15px/1.45 sans-serif;max-width:70em;margin:2em auto;padding:0 1em;color:#222}table{border-collapse:collapse;margin:1em 0}\
@@ -93,12 +113,14 @@ fn extremes(half: &Half) -> String {
     rows(&all)
 }
 
-/// What it was made from: enough to make it again.
+/// What it was made from; the record beside the page has all that makes it again.
 fn origin(origin: &Origin) -> String {
-    let mut all = vec![["scan".to_owned(), "isovalue".into(), "content, SHA-256".into(), "moved by its registration".into()].to_vec()];
+    let mut all = vec![["scan".to_owned(), "isovalue".into(), "content, SHA-256".into(), "moved by (rows, mm)".into()].to_vec()];
     all.extend(origin.scans.iter().map(|scan| {
-        let moved = if scan.layer.transform == glam::DAffine3::IDENTITY { "no" } else { "yes" };
-        vec![scan.source.file.display().to_string(), fixed(scan.layer.iso, 3), scan.content.clone(), moved.into()]
+        let columns = scan.layer.transform.to_cols_array_2d();
+        let row = |n: usize| columns.map(|column| fixed(column[n], 6)).join(" ");
+        let moved = [0, 1, 2].map(row).join("; ");
+        vec![scan.source.file.display().to_string(), fixed(scan.layer.iso, 3), scan.content.clone(), moved]
     }));
     let date = origin.date.as_deref().unwrap_or("");
     format!("<p>{} {}</p>\n{}", plain(&origin.program), plain(date), rows(&all))

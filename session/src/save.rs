@@ -109,9 +109,11 @@ pub fn difference(file: &Path, coat: &DifferenceCoat, made_by: Option<&Origin>, 
         let table = export::difference_csv(&half.mesh, &half.map, &half.asked);
         Ok(write_whole(file, styled(&table, style).as_bytes())?)
     } else if name.ends_with(".ply") {
-        let color = |n: usize| coat.scale.color(values[n], errors[n]);
         let notes: Vec<String> = std::iter::once(measured.legend()).chain(measured.notes.iter().cloned()).collect();
-        Ok(write_whole(file, &export::ply(&half.mesh, &notes, color, &[("difference_mm", values), ("error_mm", errors)]))?)
+        Ok(write_whole(
+            file,
+            &export::ply(&half.mesh, &notes, |n| coat.vertex_color(n), &[("difference_mm", values), ("error_mm", errors)]),
+        )?)
     } else if name.ends_with(".html") {
         Ok(write_whole(file, html(measured, &[], made_by).as_bytes())?)
     } else if name.ends_with(".json") {

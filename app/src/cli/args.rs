@@ -416,10 +416,10 @@ pub struct DifferenceArgs {
     #[arg(long, value_parser = one_of::<DifferenceBy>(), default_value = "partner")]
     pub by: DifferenceBy,
     /// What belongs to a point is looked for so far, mm; a twentieth of the scan's radius, rounded up, when absent
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", value_parser = positive)]
     pub reach: Option<f64>,
     /// End of the colours, mm, the other being its negative; what 95 % of the surface stays below when absent
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", value_parser = positive)]
     pub range: Option<f64>,
     /// Lines of equal difference so far apart
     #[arg(long, value_name = "MM", value_parser = positive)]

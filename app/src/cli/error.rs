@@ -14,6 +14,7 @@ use bregma_session::output::{FolderError, OutputError};
 use bregma_session::presets::PresetError;
 use bregma_session::record::{RecordError, VerifyError};
 use bregma_session::register::RegisterError;
+use bregma_session::save::SaveError;
 use bregma_session::volumes::AgainError;
 use std::io;
 use std::path::PathBuf;
@@ -40,6 +41,9 @@ pub enum CommandError {
     /// The chart of speed and accuracy.
     #[error(transparent)]
     Chart(#[from] ChartError),
+    /// A map that cannot be saved.
+    #[error(transparent)]
+    Save(#[from] SaveError),
     /// Two surfaces without a difference.
     #[error(transparent)]
     Difference(#[from] DifferenceError),

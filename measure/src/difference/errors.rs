@@ -23,6 +23,8 @@ const LEAST_REACH_VOXEL: f64 = 0.75;
 #[derive(Debug)]
 pub struct PointErrors<'a> {
     surface: &'a Surface,
+    iso: f64,
+    tolerance: f64,
     by_block: HashMap<[usize; 3], EndError>,
 }
 
@@ -41,14 +43,15 @@ impl<'a> PointErrors<'a> {
             Ok((*block, at_point(surface, mesh.vertices[*n], mesh.normals[*n], iso, tolerance)))
         };
         let by_block = firsts.par_iter().map(at).collect::<Result<HashMap<_, _>, _>>()?;
-        Ok(Self { surface, by_block })
+        Ok(Self { surface, iso, tolerance, by_block })
     }
 
     /// Of a point of the surface with its outward unit `normal` (world), along a ray of `direction` that goes `into` the bone there (1) or out of
-    /// it (−1). `None` where the mesh has no vertex near.
-    pub fn at(&self, point: DVec3, normal: DVec3, direction: DVec3, into: f64) -> Option<EndError> {
-        let template = self.by_block.get(&block_at(self.surface, point))?;
-        Some(template.nearby(self.surface, point, normal, direction, into))
+    /// it (−1). Where its block has no vertex, its own edge is read.
+    pub fn at(&self, point: DVec3, normal: DVec3, direction: DVec3, into: f64) -> EndError {
+        let known = self.by_block.get(&block_at(self.surface, point)).copied();
+        let template = known.unwrap_or_else(|| at_point(self.surface, point, normal, self.iso, self.tolerance));
+        template.nearby(self.surface, point, normal, direction, into)
     }
 }
 
@@ -65,9 +68,9 @@ fn at_point(surface: &Surface, point: DVec3, normal: DVec3, iso: f64, tolerance:
     let ends: Vec<Crossing> = crossings(surface, &ray).into_iter().filter(|c| c.kind != Kind::Touch).collect();
     let own = ends.iter().position(|c| c.kind == Kind::Enter && !c.clipped && (c.t_mm - outside_mm).abs() < LEAST_REACH_VOXEL * voxel_mm);
     let Some(n) = own else { return without_edge(surface, point, normal, iso, tolerance) };
+    let least_mm = LEAST_REACH_VOXEL * voxel_mm;
     let half_mm = |other: Option<&Crossing>| other.map_or(f64::INFINITY, |other| 0.5 * (other.t_mm - ends[n].t_mm).abs());
     let (wall_mm, gap_mm) = (half_mm(ends.get(n + 1)), half_mm(n.checked_sub(1).map(|before| &ends[before])));
-    let least_mm = LEAST_REACH_VOXEL * voxel_mm;
     let edge = Edge::at(surface, point, normal, wall_mm.max(least_mm), gap_mm.max(least_mm));
     let end = End { crossing: &ends[n], edge, reach_mm: wall_mm.min(gap_mm) };
     of_end(surface, iso, tolerance, &ray, 2.0 * wall_mm, &end, 1.0)

@@ -56,8 +56,8 @@ pub struct Map {
     pub errors_mm: Vec<f32>,
     /// What belongs to the vertex, LPS mm.
     pub partners_mm: Vec<Vec3>,
-    /// By how far the ends that each is between may be off: the first scan's, then the second's.
-    ends: Vec<[Option<EndError>; 2]>,
+    /// What the ends that they are between have in common, by area: the first scan's, then the second's.
+    common: [EndError; 2],
 }
 
 /// One vertex's.
@@ -70,32 +70,50 @@ struct Found {
 /// Vertices that are looked at one after the other, each with its neighbour's partner as a hint.
 const CHUNK: usize = 1024;
 
-/// The difference of the second surface against the first at the vertices of one, which is the first's where `on_first`; what belongs to a vertex is
-/// looked for within `reach_mm`. A vertex outside the other's scan, where nothing is known of it, has none. `progress` counts vertices.
-pub fn map(first: Side<'_>, second: Side<'_>, on_first: bool, by: By, reach_mm: f64, progress: &Progress) -> Result<Map, Cancelled> {
+/// What is asked for.
+#[derive(Clone, Copy, Debug)]
+pub struct Asked<'a> {
+    /// Which difference.
+    pub by: By,
+    /// What belongs to a vertex is looked for so far, mm.
+    pub reach_mm: f64,
+    /// At which vertices, a word for each.
+    pub at: &'a [bool],
+}
+
+/// The difference of the second surface against the first at the vertices of one, which is the first's where `on_first`. A vertex that is not asked
+/// for, or lies outside the other's scan, where nothing is known of it, has none. `progress` counts vertices.
+pub fn map(first: Side<'_>, second: Side<'_>, on_first: bool, asked: Asked<'_>, progress: &Progress) -> Result<Map, Cancelled> {
     let (own, other) = if on_first { (first, second) } else { (second, first) };
     let count = own.mesh.vertices.len();
     progress.begin(count as u64);
     let registered = [first.registered, second.registered];
-    let chunk = |from: usize| -> Result<Map, Cancelled> {
+    let areas = own.mesh.areas_mm2();
+    let chunk = |from: usize| -> Result<(Map, f64), Cancelled> {
         let to = (from + CHUNK).min(count);
         progress.advance((to - from) as u64)?;
-        let (mut map, mut hint) = (Map::default(), None);
+        let (mut map, mut hint, mut ends, mut area_mm2) = (Map::default(), None, [vec![], vec![]], 0.0);
         for n in from..to {
-            let found = at(own, other, n, by, reach_mm, &mut hint);
+            let found = if asked.at[n] { at(own, other, n, asked, &mut hint) } else { None };
             // From here on the first scan's come first.
             let found = found.map(|f| if on_first { f } else { f.turned() });
+            if let Some(found) = &found {
+                area_mm2 += areas[n];
+                (0..2).for_each(|scan| ends[scan].extend(found.ends[scan].iter().map(|end| (*end, areas[n]))));
+            }
             map.push(found, registered);
         }
-        Ok(map)
+        map.common = ends.map(|ends| EndError::common(ends.into_iter()));
+        Ok((map, area_mm2))
     };
     let parts = (0..count.div_ceil(CHUNK)).into_par_iter().map(|n| chunk(n * CHUNK)).collect::<Result<Vec<_>, _>>()?;
-    let mut all = Map::default();
-    for part in parts {
+    let area_mm2: f64 = parts.iter().map(|(_, area)| area).sum();
+    let common = [0, 1].map(|scan| EndError::common(parts.iter().map(|(part, _)| (part.common[scan], 1.0 / area_mm2))));
+    let mut all = Map { common, ..Map::default() };
+    for (part, _) in parts {
         all.values_mm.extend(part.values_mm);
         all.errors_mm.extend(part.errors_mm);
         all.partners_mm.extend(part.partners_mm);
-        all.ends.extend(part.ends);
     }
     Ok(all)
 }
@@ -114,14 +132,12 @@ impl Map {
             self.values_mm.push(f32::NAN);
             self.errors_mm.push(f32::NAN);
             self.partners_mm.push(Vec3::NAN);
-            self.ends.push([None; 2]);
             return;
         };
         let error = of_difference([0, 1].map(|n| Ends { of: &ends[n], registered: registered[n] }));
         self.values_mm.push(mm as f32);
         self.errors_mm.push(error.error_mm as f32);
         self.partners_mm.push(partner.as_vec3());
-        self.ends.push(ends.map(|ends| ends.first().copied()));
     }
 
     /// Whether the difference at a vertex is larger than all that scanning, thresholds and registration may have done; not where there is none.
@@ -131,7 +147,8 @@ impl Map {
 }
 
 /// What `other` has to vertex `n` of `own`: positive where `other` stands out. `hint` is the last partner.
-fn at(own: Side<'_>, other: Side<'_>, n: usize, by: By, reach_mm: f64, hint: &mut Option<Partner>) -> Option<Found> {
+fn at(own: Side<'_>, other: Side<'_>, n: usize, asked: Asked<'_>, hint: &mut Option<Partner>) -> Option<Found> {
+    let Asked { by, reach_mm, .. } = asked;
     let (point, normal) = (own.mesh.vertices[n], own.mesh.normals[n]);
     let is_in_other = other.partners.holds(WorldPoint(point))?;
     let partner = match by {
@@ -154,7 +171,7 @@ fn at(own: Side<'_>, other: Side<'_>, n: usize, by: By, reach_mm: f64, hint: &mu
     } else {
         -partner.distance_mm
     };
-    let ends = [end_of(own, point, normal), end_of(other, there, there_normal)].map(|end| end.into_iter().collect());
+    let ends = [end_of(own, point, normal), end_of(other, there, there_normal)].map(|end| vec![end]);
     Some(Found { mm, partner: there, ends })
 }
 
@@ -167,7 +184,7 @@ fn wall(side: Side<'_>, point: DVec3, normal: DVec3) -> Option<(f64, Vec<EndErro
     let exit = crossings::world(side.surface, &end).0;
     let enter = side.errors.at(point, normal, -normal, 1.0);
     let leave = side.errors.at(exit, end.normal, -normal, -1.0);
-    Some((mm, enter.into_iter().chain(leave).collect()))
+    Some((mm, vec![enter, leave]))
 }
 
 /// The first place along the normal, out or in, that faces the same way.

@@ -2,7 +2,7 @@
 
 use super::Map;
 use crate::mesh::Mesh;
-use crate::uncertainty::{EndError, Ends, Registered, Uncertainty, of_difference};
+use crate::uncertainty::{Ends, Registered, Uncertainty, of_difference};
 use glam::DVec3;
 use serde::Serialize;
 
@@ -50,6 +50,8 @@ pub struct Extreme {
     pub vertex: usize,
     /// LPS mm.
     pub at_mm: DVec3,
+    /// Outward unit normal there.
+    pub normal: DVec3,
     /// What belongs to it, LPS mm.
     pub partner_mm: DVec3,
     /// The difference, mm.
@@ -66,11 +68,11 @@ const EXTREMES: usize = 10;
 const APART: f64 = 0.05;
 
 impl Statistics {
-    /// Of the map on `mesh`, at the vertices that are asked for; `registered` of the first and the second scan. `None` where there is no
+    /// Of the map on `mesh`, made at the vertices that are asked for; `registered` of the first and the second scan. `None` where there is no
     /// difference.
-    pub fn of(mesh: &Mesh, map: &Map, registered: [Registered<'_>; 2], is_asked: impl Fn(usize) -> bool) -> Option<Self> {
+    pub fn of(mesh: &Mesh, map: &Map, registered: [Registered<'_>; 2], asked: &[bool]) -> Option<Self> {
         let areas = mesh.areas_mm2();
-        let asked: Vec<usize> = (0..mesh.vertices.len()).filter(|n| is_asked(*n)).collect();
+        let asked: Vec<usize> = (0..mesh.vertices.len()).filter(|n| asked[*n]).collect();
         let (known, without): (Vec<usize>, Vec<usize>) = asked.into_iter().partition(|n| !map.values_mm[*n].is_nan());
         let value = |n: usize| f64::from(map.values_mm[n]);
         let area_of = |list: &mut dyn Iterator<Item = usize>| list.map(|n| areas[n]).sum::<f64>() + 0.0;
@@ -95,11 +97,11 @@ impl Statistics {
         };
         let of_values = quantiles(&|v| v, &[0.025, 0.05, 0.25, 0.5, 0.75, 0.95, 0.975]);
         let magnitudes = quantiles(&f64::abs, &[0.95, 0.99]);
-        let common = |scan: usize| EndError::common(known.iter().filter_map(|n| Some((map.ends[*n][scan]?, areas[*n] / area_mm2))));
-        let ends = [[common(0)], [common(1)]];
+        let ends = map.common.map(|common| [common]);
         let extreme = |vertex: usize| Extreme {
             vertex,
             at_mm: mesh.vertices[vertex],
+            normal: mesh.normals[vertex],
             partner_mm: map.partners_mm[vertex].as_dvec3(),
             difference_mm: value(vertex),
             error_mm: f64::from(map.errors_mm[vertex]),
@@ -127,9 +129,9 @@ impl Statistics {
         })
     }
 
-    /// The end of a symmetric range of colours: what 95 % of the area stay below, mm.
-    pub fn range_mm(&self) -> f64 {
-        self.magnitude_95_mm
+    /// Part of the area that was asked for and has no difference.
+    pub fn without(&self) -> f64 {
+        self.without_mm2 / (self.area_mm2 + self.without_mm2)
     }
 }
 

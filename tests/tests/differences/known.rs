@@ -2,7 +2,7 @@
 
 use super::*;
 use bregma_field::{Progress, Registration, WorldPoint};
-use bregma_measure::difference::{By, Map, PointErrors, Side, Statistics, map};
+use bregma_measure::difference::{Asked, By, Map, PointErrors, Side, Statistics, map};
 use bregma_measure::mesh::Mesh;
 use bregma_measure::partner::Partners;
 use bregma_measure::{Registered, iso_tolerance};
@@ -14,6 +14,7 @@ use bregma_tests::volume;
 
 /// Both maps of two surfaces: at the first's vertices, at the second's.
 struct Maps {
+    everywhere: [Vec<bool>; 2],
     meshes: [Mesh; 2],
     maps: [Map; 2],
 }
@@ -26,8 +27,12 @@ fn maps(surfaces: [&Surface; 2], iso: f64, by: By, reach_mm: f64, registered: [R
         (0..2).map(|n| PointErrors::of(surfaces[n], &meshes[n], iso, iso_tolerance(&surfaces[n].volume), &progress).unwrap()).collect();
     let side =
         |n: usize| Side { surface: surfaces[n], mesh: &meshes[n], partners: &partners[n], errors: &errors[n], registered: registered[n] };
-    let both = [true, false].map(|on_first| map(side(0), side(1), on_first, by, reach_mm, &progress).unwrap());
-    Maps { maps: both, meshes }
+    let everywhere = meshes.each_ref().map(|mesh| vec![true; mesh.vertices.len()]);
+    let both = [true, false].map(|on_first| {
+        let asked = Asked { by, reach_mm, at: &everywhere[usize::from(!on_first)] };
+        map(side(0), side(1), on_first, asked, &progress).unwrap()
+    });
+    Maps { maps: both, everywhere, meshes }
 }
 
 /// A blurred solid with noise, sampled on a grid: bone 1000, air 0, its 50 % level at the boundary.
@@ -116,8 +121,8 @@ fn a_scan_differs_from_itself_nowhere() {
     let a = surface(&Arc::new(skull(Which::A, 64, &Progress::default()).unwrap()), 226.0);
     for by in [By::Partner, By::Closest, By::Normal, By::Thickness] {
         let found = maps([&a, &a], 226.0, by, 5.0, [Registered::default(); 2]);
-        for (mesh, map) in found.meshes.iter().zip(&found.maps) {
-            let statistics = Statistics::of(mesh, map, [Registered::default(); 2], |_| true).unwrap();
+        for (n, (mesh, map)) in found.meshes.iter().zip(&found.maps).enumerate() {
+            let statistics = Statistics::of(mesh, map, [Registered::default(); 2], &found.everywhere[n]).unwrap();
             let without = statistics.without_mm2 / (statistics.area_mm2 + statistics.without_mm2);
             println!(
                 "{by:?}: {} points, largest {:.1e} mm, {:.2} % without",
@@ -148,7 +153,7 @@ fn one_skull_scanned_twice_is_not_called_different() {
     let sides = [Registered::default(), Registered { residual_mm: None, covariance: covariance.as_ref() }];
     let found = maps([&surfaces[0], &surfaces[1]], 226.0, By::Partner, 10.0, sides);
     for (n, name) in ["on the first", "on the second"].into_iter().enumerate() {
-        let s = Statistics::of(&found.meshes[n], &found.maps[n], sides, |_| true).unwrap();
+        let s = Statistics::of(&found.meshes[n], &found.maps[n], sides, &found.everywhere[n]).unwrap();
         println!(
             "{name}: {:.2} % of area called different, mean {:+.4} ± {:.4} mm, RMS {:.4}, {:.2} % without",
             100.0 * s.sure,

@@ -2,8 +2,8 @@
 
 use super::*;
 use bregma_field::Progress;
-use bregma_renderer::{CpuRenderer, GpuRenderer, Mode, Picture, Renderer};
-use bregma_session::coat::{Coat, white};
+use bregma_renderer::{CpuRenderer, GpuRenderer, Picture, Renderer};
+use bregma_session::coat::Coat;
 use bregma_session::difference::measure;
 use bregma_session::difference_picture::{DifferenceCoat, Scale};
 use bregma_session::{DifferenceOrder, Opened};
@@ -21,9 +21,7 @@ fn both_backends_paint_a_map_alike() {
     let (mut far, mut seen) = (0, 0);
     for on in 0..2 {
         let coat = DifferenceCoat { measured: Arc::clone(&measured), on, scale };
-        let mut scene = white(opened.scene.clone());
-        scene.mode = Mode::Iso;
-        scene.layers.iter_mut().enumerate().for_each(|(n, layer)| layer.visible = n == on);
+        let scene = coat.scene(&opened.scene);
         let pictures: Vec<Picture> = renderers
             .iter_mut()
             .map(|renderer| {

@@ -5,16 +5,16 @@ use crate::cli::args::DifferenceArgs;
 use crate::cli::error::CommandError;
 use crate::cli::opening::{open, require_spacing};
 use crate::cli::terminal::{print, warn, with_progress};
-use bregma_measure::export;
 use bregma_measure::numbers::{fixed, signed};
+use bregma_measure::table_style::TableStyle;
 use bregma_register::Parts;
-use bregma_renderer::{Color, Mode};
-use bregma_session::coat::{Coat, white};
-use bregma_session::difference::{Half, Measured, measure};
-use bregma_session::difference_picture::{DifferenceCoat, Scale};
+use bregma_renderer::Color;
+use bregma_session::coat::Coat;
+use bregma_session::difference::{Measured, measure};
+use bregma_session::difference_picture::{DifferenceCoat, LEAST_RANGE_MM, Scale};
 use bregma_session::difference_report::html;
 use bregma_session::output::{figure_png, make_folder, write_whole};
-use bregma_session::{DifferenceBy, DifferenceOrder, Machine, Opened, Origin};
+use bregma_session::{DifferenceBy, DifferenceOrder, Machine, Opened, Origin, save};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -27,9 +27,6 @@ pub fn difference(args: &DifferenceArgs, machine: Machine) -> Result<(), Command
         return Err(CommandError::Usage(format!("{count} scans are named; such a difference is of {wanted}")));
     }
     require_spacing(&opened)?;
-    if args.range.is_some_and(|range| range <= 0.0) || args.reach.is_some_and(|reach| reach <= 0.0) {
-        return Err(CommandError::Usage("--range and --reach are lengths in mm, larger than 0".into()));
-    }
     let order = DifferenceOrder {
         by: args.by,
         pair: [0, wanted - 1],
@@ -42,15 +39,17 @@ pub fn difference(args: &DifferenceArgs, machine: Machine) -> Result<(), Command
     make_folder(&args.out)?;
     let origin = Origin::of(&opened);
     let measured = Arc::new(measured);
-    let range_mm = args.range.unwrap_or_else(|| measured.range_mm()).max(f64::MIN_POSITIVE);
+    let range_mm = args.range.unwrap_or_else(|| measured.range_mm()).max(LEAST_RANGE_MM);
     let scale = Scale { range_mm, grey_within_error: !args.all_colors, isolines_mm: args.isolines };
     let coats = [0, 1].map(|on| DifferenceCoat { measured: Arc::clone(&measured), on, scale });
     let mut figures = vec![];
     for (coat, name) in coats.iter().zip(["first", "second"]) {
-        let figure = drawn(&mut opened, coat, &order, args, machine)?;
+        let figure = drawn(&mut opened, coat, args, machine)?;
         write_whole(&args.out.join(format!("{name}.png")), &figure)?;
         figures.push((format!("On {}. {}.", coat.half().name, measured.legend()), figure));
-        write_half(&args.out, name, coat.half(), scale, &measured)?;
+        for ending in ["csv", "ply"] {
+            save::difference(&args.out.join(format!("{name}.{ending}")), coat, None, TableStyle::default())?;
+        }
     }
     let record = serde_json::to_string_pretty(&measured.record(origin.as_ref())).expect("a record has only numbers, texts and lists");
     write_whole(&args.out.join("difference.json"), record.as_bytes())?;
@@ -59,38 +58,16 @@ pub fn difference(args: &DifferenceArgs, machine: Machine) -> Result<(), Command
 }
 
 /// The picture of one surface with its legend, as PNG.
-fn drawn(
-    opened: &mut Opened,
-    coat: &DifferenceCoat,
-    order: &DifferenceOrder,
-    args: &DifferenceArgs,
-    machine: Machine,
-) -> Result<Vec<u8>, CommandError> {
-    let mut scene = white(opened.scene.clone());
+fn drawn(opened: &mut Opened, coat: &DifferenceCoat, args: &DifferenceArgs, machine: Machine) -> Result<Vec<u8>, CommandError> {
+    let mut scene = coat.scene(&opened.scene);
     scene.background = Some(Color([1.0; 3]));
     scene.camera = camera(&args.camera, opened, args.size);
-    scene.mode = Mode::Iso;
-    let shown = order.pair[coat.on];
-    scene.layers.iter_mut().enumerate().for_each(|(n, layer)| layer.visible = n == shown);
-    // A mirror image lies elsewhere than its scan.
-    scene.layers[shown].transform = coat.half().transform;
     let (width, height) = args.size;
     let mut picture = machine.renderer()?.render(&opened.volumes, &scene, width, height)?;
     coat.paint(&mut picture, &scene, [0.0; 2]);
     let unplotted = |reason| CommandError::Figure { what: "the picture".into(), reason };
     let figure = coat.figure(&picture).map_err(unplotted)?;
     figure_png(&figure).map_err(|reason| CommandError::Figure { what: "the picture".into(), reason: reason.into() })
-}
-
-/// The points of one surface, as a table and as a coloured surface.
-fn write_half(folder: &Path, name: &str, half: &Half, scale: Scale, measured: &Measured) -> Result<(), CommandError> {
-    let csv = export::difference_csv(&half.mesh, &half.map, &half.asked);
-    write_whole(&folder.join(format!("{name}.csv")), csv.as_bytes())?;
-    let (values, errors) = (&half.map.values_mm, &half.map.errors_mm);
-    let color = |n: usize| scale.color(values[n], errors[n]);
-    let notes: Vec<String> = std::iter::once(measured.legend()).chain(measured.notes.iter().cloned()).collect();
-    let ply = export::ply(&half.mesh, &notes, color, &[("difference_mm", values), ("error_mm", errors)]);
-    Ok(write_whole(&folder.join(format!("{name}.ply")), &ply)?)
 }
 
 /// The difference in short.
@@ -101,9 +78,8 @@ fn told(measured: &Measured, folder: &Path) -> String {
             text += &format!("on {}: no difference is known there\n", half.name);
             continue;
         };
-        let part = |mm2: f64| fixed(100.0 * mm2 / (s.area_mm2 + s.without_mm2), 1);
         text += &format!(
-            "on {}\n  mean      {} ± {} mm; of magnitudes {}, root mean square {}, standard deviation {}\n  median    {} mm; 90 % of the area from {} to {}, largest {}\n  sure      {} % of {} mm² differ by more than their ±, {} % without a partner\n",
+            "on {}\n  mean      {} ± {} mm; of magnitudes {}, root mean square {}, standard deviation {}\n  median    {} mm; 90 % of the area from {} to {}, largest {}\n  sure      {} % of {} mm² differ by more than their ±, {} % have no number\n",
             half.name,
             signed(s.mean_mm, 4),
             fixed(s.mean_uncertainty.error_mm, 4),
@@ -116,7 +92,7 @@ fn told(measured: &Measured, folder: &Path) -> String {
             signed(s.largest.difference_mm, 3),
             fixed(100.0 * s.sure, 1),
             fixed(s.area_mm2, 1),
-            part(s.without_mm2),
+            fixed(100.0 * s.without(), 1),
         );
         for e in s.extremes.iter().take(3) {
             text += &format!(

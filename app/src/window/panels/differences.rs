@@ -10,10 +10,10 @@ use bregma_field::{Progress, Ray, WorldPoint};
 use bregma_measure::difference::{Extreme, Statistics};
 use bregma_measure::numbers::{fixed, signed};
 use bregma_register::{Part, Parts};
-use bregma_renderer::{Mode, Scene};
-use bregma_session::coat::{Coat, white};
+use bregma_renderer::Scene;
+use bregma_session::coat::Coat;
 use bregma_session::difference::{Measured, measure, reach_mm};
-use bregma_session::difference_picture::{DifferenceCoat, Scale, share};
+use bregma_session::difference_picture::{DifferenceCoat, LEAST_RANGE_MM, Scale, share};
 use bregma_session::{DifferenceBy as By, DifferenceOrder as Order, Measurement, Origin, save};
 use egui::{Align2, Color32, ComboBox, DragValue, FontId, Grid, Rect, Role, ScrollArea, Sense, Ui, WidgetInfo, pos2, vec2};
 use std::sync::Arc;
@@ -67,7 +67,7 @@ impl DifferencesPanel {
         let measured = Arc::new(measured);
         bench.work.opened.measurements.push(Measurement::Difference(Box::new(measured.record(origin.as_ref()))));
         self.origin = origin;
-        (self.hidden, self.range_mm) = (false, None);
+        self.hidden = false;
         self.coat = Some(Arc::new(DifferenceCoat { scale: self.scale(&measured), measured, on: 0 }));
         Ok(())
     }
@@ -80,13 +80,7 @@ impl DifferencesPanel {
     /// The scene to paint on and the coat, while the map is shown and is of what is open.
     pub fn painting(&self, work: &Work) -> Option<(Scene, Arc<dyn Coat>)> {
         let coat = self.coat.as_ref().filter(|coat| !self.hidden && coat.measured.is_of(&work.opened))?;
-        let mut scene = white(work.opened.scene.clone());
-        scene.mode = Mode::Iso;
-        let shown = coat.measured.order.pair[coat.on];
-        scene.layers.iter_mut().enumerate().for_each(|(n, layer)| layer.visible = n == shown);
-        // A mirror image lies elsewhere than its scan.
-        scene.layers[shown].transform = coat.half().transform;
-        Some((scene, Arc::<DifferenceCoat>::clone(coat)))
+        Some((coat.scene(&work.opened.scene), Arc::<DifferenceCoat>::clone(coat)))
     }
 
     /// Shows what can be measured, and what was.
@@ -116,8 +110,9 @@ impl DifferencesPanel {
             ui.weak(if needed == 2 { "Two scans are needed: open another, and register them." } else { "Open a scan." });
             return;
         }
-        let mut pair = self.pair.filter(|pair| pair.iter().all(|n| *n < opened.volumes.len())).unwrap_or([0, needed - 1]);
-        if opened.volumes.len() > needed {
+        let is_pair = |pair: &[usize; 2]| pair.iter().all(|n| *n < opened.volumes.len());
+        let mut pair = self.pair.filter(is_pair).unwrap_or([0, opened.volumes.len().min(2) - 1]);
+        if opened.volumes.len() > 1 {
             let names = ["First", "Second"];
             for (n, chosen) in pair.iter_mut().enumerate().take(needed) {
                 ComboBox::from_label(names[n]).selected_text(opened.volumes[*chosen].name()).show_ui(ui, |ui| {
@@ -249,9 +244,6 @@ impl DifferencesPanel {
     }
 }
 
-/// The narrowest range of colours, mm: far below what any scan tells.
-const LEAST_RANGE_MM: f64 = 0.001;
-
 /// Where the map is saved, and as what.
 const SAVE: Ask = Ask {
     title: "Save the map of differences",
@@ -287,7 +279,6 @@ fn legend(ui: &mut Ui, coat: &DifferenceCoat, statistics: &Statistics) {
 }
 
 fn numbers(ui: &mut Ui, s: &Statistics) {
-    let share = |mm2: f64| fixed(100.0 * mm2 / (s.area_mm2 + s.without_mm2), 1);
     Grid::new("differences").spacing([14.0, 2.0]).show(ui, |ui| {
         for (name, text) in [
             ("mean", format!("{} ± {} mm", signed(s.mean_mm, 3), fixed(s.mean_uncertainty.error_mm, 3))),
@@ -295,7 +286,7 @@ fn numbers(ui: &mut Ui, s: &Statistics) {
             ("median", format!("{} mm", signed(s.quantiles_mm[3], 3))),
             ("90 % of it", format!("{} to {} mm", signed(s.quantiles_mm[1], 2), signed(s.quantiles_mm[5], 2))),
             ("beyond its ±", format!("{} % of {} mm²", fixed(100.0 * s.sure, 1), fixed(s.area_mm2, 0))),
-            ("no partner", format!("{} %", share(s.without_mm2))),
+            ("no number", format!("{} %", fixed(100.0 * s.without(), 1))),
         ] {
             ui.weak(name);
             ui.label(text);
@@ -324,8 +315,7 @@ fn largest(ui: &mut Ui, bench: &mut Bench, extremes: &[Extreme]) {
 /// How far before a place its ray begins, mm: outside the bone there, as a ray is read from outside.
 const BEFORE_MM: f64 = 20.0;
 
-/// The ray from a place to its partner, or the other way where that leads into the bone.
+/// The ray into the bone against the normal of a place.
 fn through(e: &Extreme) -> Option<Ray> {
-    let along = (e.partner_mm - e.at_mm).try_normalize()?;
-    Ray::new(WorldPoint(e.at_mm - BEFORE_MM * along), along)
+    Ray::new(WorldPoint(e.at_mm + BEFORE_MM * e.normal), -e.normal)
 }
