@@ -6,7 +6,7 @@ mod tree;
 use bregma_field::interpolant::{corners, depth_at};
 use bregma_field::{Cancelled, IndexPoint, Progress, Surface, WorldPoint};
 use glam::{DMat3, DVec3, USizeVec3};
-use patch::{Part, Stationary, Trilinear, all_stationary, has_no_foot, stationary};
+use patch::{Part, Stationary, Trilinear, at_edges, is_turned, stationary, stationary_from};
 use tree::Tree;
 
 /// A surface, made ready to be asked for the points that are nearest to others.
@@ -61,10 +61,12 @@ const MOST_PARTS: u32 = 20_000;
 const MOST_CELLS_WALKED: usize = 8;
 /// Parts of a cell that are smaller are not halved again, voxels: what they could add to a distance is below 1e-6 voxel.
 const SMALLEST_VOXEL: f64 = 1e-6;
+/// Feet that are nearer to each other are not told apart, voxels: they are about as far away.
+const ONE_FOOT_VOXEL: f64 = 1.0 / 16.0;
 /// How far into the neighbouring cells a foot on a cell's face is looked for something nearer, voxels.
 const BESIDE_VOXEL: f64 = 1.0 / 64.0;
-/// A part of a distance by which something nearer must be so: distances are good to fewer digits than float64 has.
-const NEARER: f64 = 1e-12;
+/// A part of a distance's square by which something nearer must be so: a place is settled to 1e-6 voxel at worst, and that to its square.
+const NEARER: f64 = 1e-9;
 /// Products of axes of unlike directions, as a part of the first one's square, that are rounding.
 const NOT_SHEARED: f64 = 1e-12;
 /// A point as near as that to the surface lies on it, voxels: positions of thousands of voxels are good to 1e-12.
@@ -151,12 +153,12 @@ impl<'a> Partners<'a> {
         // What one attempt in a cell leaves open is looked at when all cells had theirs: the best is near then, and little is left.
         let mut open = vec![];
         self.tree.near(at, best.square.sqrt(), |passed| {
-            if !in_cell(passed.cell, &passed.f).attempt(Part::CELL, &mut best, false) {
+            if !in_cell(passed.cell, &passed.f).attempt(Part::CELL, &mut best) {
                 open.push(*passed);
             }
             best.square.sqrt()
         });
-        open.iter().for_each(|passed| in_cell(passed.cell, &passed.f).search(Part::CELL, &mut best));
+        open.iter().for_each(|passed| in_cell(passed.cell, &passed.f).search(&mut best));
         let (cell, local) = best.found?;
         let gradient = self.surface.grid.world_to_index().matrix3.transpose() * Trilinear::of(&corners(self.surface, cell)).gradient(local);
         let found = cell.as_dvec3() + local;
@@ -190,23 +192,11 @@ impl InCell<'_> {
     }
 
     /// Takes the nearest point of a part of the cell, if one step after the other leads to it; whether nothing in it is nearer than `best` now.
-    fn attempt(&self, part: Part, best: &mut Best, is_thorough: bool) -> bool {
+    fn attempt(&self, part: Part, best: &mut Best) -> bool {
         let Some(part) = self.left(part, best) else { return true };
-        let metric = &self.partners.metric;
-        let Some(found) = stationary(&self.f, part, self.target, metric) else { return false };
-        let [is_nearer, mut is_taken] = self.take(&found, best);
-        let slides_out = is_nearer && !is_taken && self.facing.is_some_and(|facing| facing.value(found.point) > 0.0);
-        // Its nearest place faces the right way and is none, as it slides out of the cell. Another sheet, or the other end of this one, may have
-        // one: what is reached from where the surface crosses the cell's edges is tried, once the best is near and few cells are left.
-        if slides_out && !is_thorough {
-            return false;
-        }
-        if slides_out {
-            for other in all_stationary(&self.f, part, self.target, metric) {
-                is_taken |= self.take(&other, best)[1];
-            }
-        }
-        (is_taken || !is_nearer || slides_out) && found.is_nearest_in(&self.f, part, metric)
+        let Some(found) = stationary(&self.f, part, self.target, &self.partners.metric) else { return false };
+        let [is_nearer, is_taken] = self.take(&found, best);
+        (is_taken || !is_nearer) && found.is_nearest_in(&self.f, part, &self.partners.metric)
     }
 
     /// Goes downhill: takes the nearest point of the cell if that is wanted; where it lies on a face, the cell behind that is the next.
@@ -232,20 +222,54 @@ impl InCell<'_> {
         [is_nearer, is_taken]
     }
 
-    /// Looks for something nearer than `best` in a part of the cell until there is nothing.
-    fn search(&self, part: Part, best: &mut Best) {
-        if best.parts_left == 0 || self.attempt(part, best, true) {
+    /// Looks for something nearer than `best` in the cell until there is nothing.
+    fn search(&self, best: &mut Best) {
+        if self.attempt(Part::CELL, best) {
+            return;
+        }
+        if self.facing.is_none() {
+            return self.nearest_in(Part::CELL, best);
+        }
+        // Feet lie on the cell's edges, on its faces, or within.
+        for point in at_edges(&self.f, self.target, &self.partners.metric) {
+            self.take(&Stationary::at(point), best);
+        }
+        for (axis, face) in Part::CELL.faces() {
+            self.feet_in(face, face, Some(axis), best);
+        }
+        self.feet_in(Part::CELL, Part::CELL, None, best);
+    }
+
+    /// Looks for the nearest point in a part of the cell.
+    fn nearest_in(&self, part: Part, best: &mut Best) {
+        let Some(part) = self.left(part, best) else { return };
+        let is_small = (part.high - part.low).max_element() < SMALLEST_VOXEL;
+        if best.parts_left == 0 || is_small || self.attempt(part, best) {
             return;
         }
         best.parts_left -= 1;
+        for half in part.halves(&self.partners.metric, self.target) {
+            self.nearest_in(half, best);
+        }
+    }
+
+    /// Looks for feet in a part of the cell, or of its face across an axis, of which it is `whole`.
+    fn feet_in(&self, part: Part, whole: Part, face: Option<usize>, best: &mut Best) {
         let Some(part) = self.left(part, best) else { return };
         let metric = &self.partners.metric;
-        let is_empty = self.facing.is_some() && has_no_foot(&self.f, part, self.target, metric);
-        if is_empty || (part.high - part.low).max_element() < SMALLEST_VOXEL {
+        let turned = is_turned(&self.f, part, self.target, metric);
+        if face.map_or(turned.contains(&true), |axis| turned[axis]) || best.parts_left == 0 {
+            return;
+        }
+        best.parts_left -= 1;
+        if (part.high - part.low).max_element() <= ONE_FOOT_VOXEL {
+            if let Some(found) = stationary_from(&self.f, part, whole, self.target, metric) {
+                self.take(&found, best);
+            }
             return;
         }
         for half in part.halves(metric, self.target) {
-            self.search(half, best);
+            self.feet_in(half, whole, face, best);
         }
     }
 
@@ -267,7 +291,7 @@ impl InCell<'_> {
         };
         let [Some(x), Some(y), Some(z)] = [0, 1, 2].map(step) else { return false };
         let steps = [x, y, z];
-        (1..8).all(|corner| {
+        (0..8).all(|corner| {
             let over = |a: usize| corner >> a & 1 == 1;
             if (0..3).any(|a| over(a) && steps[a] == 0) {
                 return true;

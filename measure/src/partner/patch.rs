@@ -95,6 +95,16 @@ impl Part {
         part.low.cmple(part.high).all().then_some(part)
     }
 
+    /// Its faces that lie on the cell's, each with its axis: parts without depth.
+    pub fn faces(self) -> impl Iterator<Item = (usize, Self)> {
+        (0..6).filter_map(move |n| {
+            let (axis, at) = (n / 2, (n % 2) as f64);
+            let mut face = self;
+            (face.low[axis], face.high[axis]) = (at, at);
+            (self.low[axis] <= at && self.high[axis] >= at).then_some((axis, face))
+        })
+    }
+
     /// Its two halves across the axis of which it holds most, by the metric; the one nearer to `target` first.
     pub fn halves(self, metric: &DMat3, target: DVec3) -> [Self; 2] {
         let size = (self.high - self.low) * DVec3::new(metric.x_axis.x, metric.y_axis.y, metric.z_axis.z).map(f64::sqrt);
@@ -106,36 +116,20 @@ impl Part {
     }
 }
 
-/// Whether no foot of a perpendicular from `target` can lie in a part of a cell: neither within the cell, where u − t and ∇f would be parallel,
-/// nor on one of its faces, where they would be so in the face, nor at one of its edges, which the surface would have to cross. By the ends
-/// (interval arithmetic) of (G(u − t)) × ∇f in the part.
-pub(super) fn has_no_foot(f: &Trilinear, part: Part, target: DVec3, metric: &DMat3) -> bool {
+/// Along which axes (G(u − t)) × ∇f is 0 nowhere in a part of a cell, by interval arithmetic. Where a perpendicular meets the surface all three are 0;
+/// on a face of the cell, where it meets the surface's curve there, the one along the face's normal.
+pub(super) fn is_turned(f: &Trilinear, part: Part, target: DVec3, metric: &DMat3) -> [bool; 3] {
     let away = [0, 1, 2].map(|a| {
         let (middle, half) = (0.5 * (part.low + part.high), 0.5 * (part.high - part.low));
         let (at, around) = (metric.col(a).dot(middle - target), metric.col(a).abs().dot(half));
         [at - around, at + around]
     });
     let slope = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| f.along(axis).ends(part));
-    let is_turned = [0, 1, 2].map(|a| {
+    [0, 1, 2].map(|a| {
         let (b, c) = ((a + 1) % 3, (a + 2) % 3);
         let ([low, high], [less, more]) = (product(away[b], slope[c]), product(away[c], slope[b]));
         low > more || high < less
-    });
-    let on_face = [0, 1, 2].map(|a| [part.low[a] <= 0.0, part.high[a] >= 1.0]);
-    let is_on = |a: usize| on_face[a].contains(&true);
-    let crosses_edge = (0..3).any(|along| {
-        let (b, c) = ((along + 1) % 3, (along + 2) % 3);
-        (0..4).any(|n| {
-            let (at_b, at_c) = (n & 1, n >> 1);
-            let end = |t: f64| {
-                let mut u = DVec3::ZERO;
-                (u[along], u[b], u[c]) = (t, at_b as f64, at_c as f64);
-                f.value(u)
-            };
-            on_face[b][at_b] && on_face[c][at_c] && end(part.low[along]) * end(part.high[along]) <= 0.0
-        })
-    });
-    is_turned.contains(&true) && (0..3).all(|a| is_turned[a] || !is_on(a)) && !crosses_edge
+    })
 }
 
 /// The ends of all products of numbers between two pairs of ends.
@@ -171,9 +165,17 @@ pub(super) fn stationary(f: &Trilinear, part: Part, target: DVec3, metric: &DMat
     downhill(nearest, f, part, target, metric)
 }
 
-/// The same from every edge that the surface crosses: where it has several sheets, or bends, they may lead to several places.
-pub(super) fn all_stationary<'a>(f: &'a Trilinear, part: Part, target: DVec3, metric: &'a DMat3) -> impl Iterator<Item = Stationary> + 'a {
-    OnSurface::at_edges(f, part, target, metric).filter_map(move |start| downhill(start, f, part, target, metric))
+/// The same from a point of the surface in `part`, the nearest where it crosses the edges of `around`.
+pub(super) fn stationary_from(f: &Trilinear, around: Part, part: Part, target: DVec3, metric: &DMat3) -> Option<Stationary> {
+    let nearest = OnSurface::at_edges(f, around, target, metric).min_by(|a, b| a.square.total_cmp(&b.square))?;
+    // Only ends of the larger part hold it.
+    let side = |a: usize| i8::from(nearest.u[a] >= part.high[a]) - i8::from(nearest.u[a] <= part.low[a]);
+    downhill(OnSurface { held: [0, 1, 2].map(side), ..nearest }, f, part, target, metric)
+}
+
+/// Where the surface crosses a cell's edges.
+pub(super) fn at_edges(f: &Trilinear, target: DVec3, metric: &DMat3) -> impl Iterator<Item = DVec3> {
+    OnSurface::at_edges(f, Part::CELL, target, metric).map(|start| start.u)
 }
 
 fn downhill(start: OnSurface, f: &Trilinear, part: Part, target: DVec3, metric: &DMat3) -> Option<Stationary> {
@@ -340,6 +342,11 @@ impl<T: Copy + Default> Vec3Of<T> {
 }
 
 impl Stationary {
+    /// A point that is taken for one, as where the surface crosses an edge.
+    pub fn at(point: DVec3) -> Self {
+        Self { point, multiplier: 0.0, pull: DVec3::ZERO }
+    }
+
     /// Whether no point of the surface in `part` is nearer.
     ///
     /// For a point u + Δ of the surface in the part, Taylor's series of the Lagrangian is d²/2 there:
