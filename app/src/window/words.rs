@@ -1,7 +1,10 @@
 //! The libraries' sentences in the window's words: what to do on the command line is a deed of the hand here.
 
 /// What they advise there, and what does the same here; the longer first where one is part of another.
-const DEEDS: [(&str, &str); 17] = [
+const DEEDS: [(&str, &str); 20] = [
+    ("pass --open to close it at the scan's box", "have it closed at the scan's box"),
+    (" with --close ", " by the disc X,Y,Z,NX,NY,NZ,R: "),
+    (" (--sphere-passes)", ""),
     ("; pass --spacing X,Y,Z if it is not so", "; correct it in the scan's panel if it is not so"),
     ("; pass --spacing X,Y,Z where it is 0", "; correct the header where it is 0"),
     ("; pass --spacing X,Y,Z", "; correct it in the scan's panel"),

@@ -169,8 +169,7 @@ fn partners_on_real_scans_are_those_that_trying_everything_finds() {
         let found = compare(pair, points(60));
         told(pair.name, &found);
         assert!(found.closest_missed == 0 && found.closest_off < 1e-6 && found.off_surface < 1e-9);
-        // A cell may hold a second foot behind one that slides out; docs/differences.md says how often that is missed.
-        assert!(found.partner_wrong * 1_000 <= found.points && found.partner_off < 1e-6);
+        assert!(found.partner_wrong == 0 && found.partner_off < 1e-6);
     }
 }
 
