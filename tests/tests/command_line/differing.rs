@@ -5,7 +5,7 @@ use super::*;
 #[test]
 fn a_difference_is_written_told_and_verified() {
     // Fails if a file is missing, the jaw that was moved is not found, a place is not kept to, or a record is not measured again.
-    let folder = folder("difference");
+    let folder = folder("differing");
     ok(&folder, "demo --size 64 --out .");
     let told = stdout(&ok(&folder, "difference a.nrrd b.nrrd --out map --size 200x160 --range 3 --isolines 1"));
     assert!(told.contains("stands out over") && told.contains("have no number"), "{told}");
