@@ -160,11 +160,11 @@ fn sixteen_samples_take_no_longer_than_sixteen_frames() {
         };
         time(2);
         // In turn, so that what else the machine does weighs on both.
-        let mut ratios: Vec<[f64; 2]> = (0..5).map(|_| [time(1), time(16)]).collect();
-        ratios.sort_by(|a, b| (a[1] / a[0]).total_cmp(&(b[1] / b[0])));
-        let [one, sixteen] = ratios[2];
+        let times: Vec<[f64; 2]> = (0..5).map(|_| [time(1), time(16)]).collect();
+        // The least of each: what else the machine does only adds.
+        let [one, sixteen] = [0, 1].map(|n| times.iter().map(|t| t[n]).fold(f64::INFINITY, f64::min));
         println!("{}: {size:?} of {side}³: one frame {one:.1} ms, 16 samples {sixteen:.1} ms, {:.1} times", renderer.name(), sixteen / one);
         // A quarter for what a machine with other work adds.
-        assert!(sixteen / one <= 20.0, "{ratios:?}");
+        assert!(sixteen / one <= 20.0, "{times:?}");
     }
 }
