@@ -46,7 +46,7 @@ type Judged = (f64, DAffine3);
 
 /// Brings two surfaces with points together: from `start` where that leads to where they agree, else from anywhere.
 pub fn from(pair: &Pair<'_>, start: Option<DAffine3>, progress: &Progress) -> Result<Found, Cancelled> {
-    let search = Search::of(pair);
+    let search = Search::of(pair, progress)?;
     if let Some(start) = start {
         let fit = pair.fit(start, REACH * search.radius_mm, progress)?;
         let agreement = search.closely(&fit.pose);
@@ -73,11 +73,11 @@ struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    fn of(pair: &'a Pair<'a>) -> Self {
-        let (moving, fixed) = (Coarse::of(pair.moving), Coarse::of(pair.fixed));
+    fn of(pair: &'a Pair<'a>, progress: &Progress) -> Result<Self, Cancelled> {
+        let (moving, fixed) = (Coarse::of(pair.moving, progress)?, Coarse::of(pair.fixed, progress)?);
         let (middle, radius_mm) = (pair.moving.middle, pair.moving.radius_mm);
         let near_mm = 3.0 * moving.step_mm.max(fixed.step_mm);
-        Self { pair, moving, fixed, middle, radius_mm, near_mm }
+        Ok(Self { pair, moving, fixed, middle, radius_mm, near_mm })
     }
 
     /// How much of both surfaces lies on the other. Each of `count` points counts from 1, where it lies on the other surface and faces as that does,

@@ -1,6 +1,7 @@
 //! The nearest point of a surface to anywhere around it, to about a fiftieth of its size: a map for looks without a search.
 
 use crate::cloud::{Cloud, Oriented};
+use bregma_field::{Cancelled, Progress};
 use glam::{DVec3, IVec3};
 
 /// The nearest point to the middle of each cell of a coarse grid, by propagation (Danielsson 1980).
@@ -25,7 +26,7 @@ const NONE: u32 = u32::MAX;
 
 impl<'a> Coarse<'a> {
     /// The map of a cloud with points.
-    pub fn of(cloud: &'a Cloud<'a>) -> Self {
+    pub fn of(cloud: &'a Cloud<'a>, progress: &Progress) -> Result<Self, Cancelled> {
         let ends = cloud.points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(p.point), h.max(p.point)));
         let step_mm = ((ends.1 - ends.0).max_element() / CELLS).max(f64::MIN_POSITIVE);
         let low = ends.0 - ROOM * step_mm;
@@ -38,8 +39,9 @@ impl<'a> Coarse<'a> {
         for _ in 0..3 {
             map.sweep(1);
             map.sweep(-1);
+            progress.advance(0)?;
         }
-        map
+        Ok(map)
     }
 
     fn number(&self, c: IVec3) -> usize {

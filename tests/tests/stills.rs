@@ -5,8 +5,14 @@
 use bregma_renderer::{CpuRenderer, GpuRenderer, Integrator, Mode, Picture, Renderer, Scene, point_in_pixel};
 use bregma_session::Opened;
 use bregma_volume::Volume;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
+
+/// One test at a time: one is timed, and another beside it would be timed with it.
+fn alone() -> MutexGuard<'static, ()> {
+    static ALONE: Mutex<()> = Mutex::new(());
+    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 fn renderers() -> [Box<dyn Renderer>; 2] {
     [Box::new(CpuRenderer::default()), Box::new(GpuRenderer::new(true).expect("a software Vulkan driver is installed by tests/run"))]
@@ -52,6 +58,7 @@ fn mean(pixels: impl Iterator<Item = [u8; 4]>) -> [f64; 4] {
 
 #[test]
 fn a_still_is_the_mean_of_its_samples_and_looks_through_even_points() {
+    let _alone = alone();
     // Fails if light is averaged as bytes, a sample is left out or counted twice, alpha is forgotten, or all look through one point; or if depths
     // or volumes are no more those of the pixels' middles.
     let (volumes, base) = pair();
@@ -88,6 +95,7 @@ fn a_still_is_the_mean_of_its_samples_and_looks_through_even_points() {
 
 #[test]
 fn points_of_a_pixel_lie_evenly_from_the_first_on() {
+    let _alone = alone();
     // Fails if the points leave half a pixel empty, lie twice at one place, or the first is not the middle.
     assert_eq!(point_in_pixel(0), [0.0; 2]);
     for count in [16, 64, 256] {
@@ -116,6 +124,7 @@ fn points_of_a_pixel_lie_evenly_from_the_first_on() {
 
 #[test]
 fn edges_become_what_many_pixels_show_of_them() {
+    let _alone = alone();
     // Fails if the points are not where they are said to be: shifted by half a pixel, mirrored, or all in one row. The truth is a picture of 16 times
     // as many pixels across, each seen through its middle.
     let (volumes, base) = pair();
@@ -145,6 +154,7 @@ fn edges_become_what_many_pixels_show_of_them() {
 
 #[test]
 fn sixteen_samples_take_no_longer_than_sixteen_frames() {
+    let _alone = alone();
     // Fails if something beside the samples costs. The size of the skull on a full screen is timed by the same code with BREGMA_LARGE=1.
     let is_large = std::env::var_os("BREGMA_LARGE").is_some();
     let (side, size) = if is_large { (256, [1600, 1200]) } else { (96, [800, 600]) };
@@ -160,11 +170,11 @@ fn sixteen_samples_take_no_longer_than_sixteen_frames() {
         };
         time(2);
         // In turn, so that what else the machine does weighs on both.
-        let times: Vec<[f64; 2]> = (0..5).map(|_| [time(1), time(16)]).collect();
-        // The least of each: what else the machine does only adds.
-        let [one, sixteen] = [0, 1].map(|n| times.iter().map(|t| t[n]).fold(f64::INFINITY, f64::min));
+        let mut ratios: Vec<[f64; 2]> = (0..5).map(|_| [time(1), time(16)]).collect();
+        ratios.sort_by(|a, b| (a[1] / a[0]).total_cmp(&(b[1] / b[0])));
+        let [one, sixteen] = ratios[2];
         println!("{}: {size:?} of {side}³: one frame {one:.1} ms, 16 samples {sixteen:.1} ms, {:.1} times", renderer.name(), sixteen / one);
         // A quarter for what a machine with other work adds.
-        assert!(sixteen / one <= 20.0, "{times:?}");
+        assert!(sixteen / one <= 20.0, "{ratios:?}");
     }
 }

@@ -17,6 +17,8 @@ fn it_stops_at_any_moment_and_leaves_the_pose() {
     open.landmarks = marks.collect();
     let start = Some(motion(&mut random(1), DVec3::ZERO, 8.0, 9.0));
     let mut random = random(77);
+    // Threads of its own: those that all tests share may be at another's work when this one is to stop.
+    let pool = rayon::ThreadPoolBuilder::new().build().unwrap();
     for (what, by, start) in [
         ("surfaces", By::Surfaces, start),
         ("anywhere", By::Surfaces, None),
@@ -39,7 +41,7 @@ fn it_stops_at_any_moment_and_leaves_the_pose() {
                     progress.cancel();
                     Instant::now()
                 });
-                let found = register(&open, [0, 1], &order, &progress);
+                let found = pool.install(|| register(&open, [0, 1], &order, &progress));
                 let ended = Instant::now();
                 if let Err(error) = &found {
                     assert!(matches!(error, RegisterError::Cancelled(Cancelled)), "{what}: {error}");
@@ -51,8 +53,8 @@ fn it_stops_at_any_moment_and_leaves_the_pose() {
         }
         println!("{what}, {whole_s:.2} s, stopped at {count} moments: {stopped} gave no pose; at worst {worst_s:.3} s until it did");
         assert_eq!(open.scene, scene);
-        // 0.2 s is wanted where nothing else runs; beside other tests all takes longer, which the whole says.
-        assert!(worst_s < 0.5 * whole_s.max(1.2), "{what}: {worst_s}");
+        // 0.2 s is wanted where nothing else runs.
+        assert!(worst_s < 0.6, "{what}: {worst_s}");
         assert!(stopped > 0 || by == By::Landmarks, "{what}");
     }
 }
