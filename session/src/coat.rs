@@ -41,6 +41,14 @@ pub fn seen<T>(picture: &Picture, scene: &Scene, [dx, dy]: [f64; 2], what: impl 
     (0..picture.rgba.len()).map(at).collect()
 }
 
+/// How much of a surface has a value, of that which most of it has: the height of a histogram beside a legend. By the ends of all bins and the area
+/// in each.
+pub fn share([first, last]: [f64; 2], bins_mm2: &[f64], value: f64) -> Option<f64> {
+    let bin = (value - first) / (last - first).max(f64::MIN_POSITIVE) * bins_mm2.len() as f64;
+    let largest = bins_mm2.iter().fold(f64::MIN_POSITIVE, |m, b| m.max(*b));
+    (0.0..bins_mm2.len() as f64).contains(&bin).then(|| bins_mm2[bin as usize] / largest)
+}
+
 /// Light that falls on white, on a colour (sRGB).
 pub fn dye(pixel: &mut [u8; 4], color: [u8; 3]) {
     for (channel, value) in pixel.iter_mut().zip(color) {

@@ -1,7 +1,7 @@
 //! A map of differences as a picture: one of the two surfaces in the colours of what it differs by, with a legend.
 
 use crate::chart::fonts::{FONT, fonts};
-use crate::coat::{self, Coat, Figure, dye, white};
+use crate::coat::{self, Coat, Figure, dye, share, white};
 use crate::difference::{Half, Measured};
 use bregma_field::WorldPoint;
 use bregma_measure::difference::Statistics;
@@ -210,7 +210,7 @@ impl DifferenceCoat {
             // The bar shows the colours themselves.
             let color = self.scale.color(mm as f32, 0.0);
             area.draw(&line(top + y, x, x + 24, color))?;
-            if let Some(share) = statistics.and_then(|s| share(s, mm)) {
+            if let Some(share) = statistics.and_then(|s| share(s.bin_ends_mm, &s.bins_mm2, mm)) {
                 area.draw(&line(top + y, x + 96, x + 96 + (share * 150.0) as i32, [140, 140, 140]))?;
             }
         }
@@ -220,14 +220,6 @@ impl DifferenceCoat {
         }
         Ok(())
     }
-}
-
-/// How much of the surface differs by `mm`, of the difference that most of it has.
-pub fn share(statistics: &Statistics, mm: f64) -> Option<f64> {
-    let ([first, last], bins) = (statistics.bin_ends_mm, &statistics.bins_mm2);
-    let bin = (mm - first) / (last - first) * bins.len() as f64;
-    let largest = bins.iter().fold(f64::MIN_POSITIVE, |m, b| m.max(*b));
-    (0.0..bins.len() as f64).contains(&bin).then(|| bins[bin as usize] / largest)
 }
 
 /// The statistics in a few lines.

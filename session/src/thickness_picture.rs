@@ -1,7 +1,7 @@
 //! A map of thickness as a picture: the surface in the colours of its values, with a legend.
 
 use crate::chart::fonts::{FONT, fonts};
-use crate::coat::{Figure, beside};
+use crate::coat::{Figure, beside, share};
 use bregma_measure::numbers::fixed;
 use bregma_measure::thickness::Statistics;
 use bregma_renderer::{Picture, named};
@@ -48,14 +48,6 @@ impl Scale {
     }
 }
 
-/// How much of the surface is as thick as `mm`, of the thickness that most of it has: the height of a histogram beside a legend.
-pub fn share(statistics: &Statistics, mm: f64) -> Option<f64> {
-    let ([first, last], bins) = (statistics.bin_ends_mm, &statistics.bins_mm2);
-    let bin = (mm - first) / (last - first).max(f64::MIN_POSITIVE) * bins.len() as f64;
-    let largest = bins.iter().fold(f64::MIN_POSITIVE, |m, b| m.max(*b));
-    (0.0..bins.len() as f64).contains(&bin).then(|| bins[bin as usize] / largest)
-}
-
 /// Width of the legend beside the picture.
 const LEGEND: u32 = 230;
 
@@ -79,7 +71,7 @@ pub fn figure(picture: &Picture, title: &str, scale: &Scale, statistics: &Statis
             let line = |from: i32, to: i32| Rectangle::new([(from, top + y), (to, top + y + 1)], RGBColor(r, g, b).filled());
             area.draw(&line(x, x + 24))?;
             // Beside the scale, how much of the surface has that thickness.
-            if let Some(share) = share(statistics, mm) {
+            if let Some(share) = share(statistics.bin_ends_mm, &statistics.bins_mm2, mm) {
                 area.draw(&line(x + 84, x + 84 + (share * 110.0) as i32))?;
             }
         }

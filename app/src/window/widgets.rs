@@ -1,8 +1,9 @@
 //! Parts that several panels have.
 
 use bregma_renderer::Color;
+use bregma_session::Opened;
 use egui::emath::format_with_decimals_in_range;
-use egui::{Align, Color32, DragValue, Galley, Layout, Slider, TextStyle, TextWrapMode, Ui, WidgetText};
+use egui::{Align, Color32, ComboBox, DragValue, Galley, Grid, Layout, Slider, TextStyle, TextWrapMode, Ui, WidgetText};
 use glam::DVec3;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
@@ -70,6 +71,25 @@ pub fn color(color: Color) -> Color32 {
 /// A text that is no wider than that, with an ellipsis where it is longer.
 pub fn elided(ui: &Ui, text: &str, width: f32) -> Arc<Galley> {
     WidgetText::from(text).into_galley(ui, Some(TextWrapMode::Truncate), width, TextStyle::Button)
+}
+
+/// Chooses scans, each for a role: a word before it, and what it is called.
+pub fn choose_scans(ui: &mut Ui, opened: &Opened, chosen: &mut [usize], roles: &[(&str, &str)]) {
+    Grid::new("which").num_columns(2).show(ui, |ui| {
+        for (number, (word, name)) in chosen.iter_mut().zip(roles) {
+            ui.weak(*word);
+            let width = ui.available_width() - 20.0;
+            let shown = elided(ui, opened.volumes[*number].name(), width - 40.0);
+            let combo = ComboBox::from_id_salt(name).selected_text(shown).width(width).show_ui(ui, |ui| {
+                for (n, volume) in opened.volumes.iter().enumerate() {
+                    let text = elided(ui, volume.name(), width - 40.0);
+                    ui.selectable_value(number, n, text).accessible_name(volume.name());
+                }
+            });
+            combo.response.on_hover_text(*name).accessible_name(*name);
+            ui.end_row();
+        }
+    });
 }
 
 /// A radio button with a name that may be long.

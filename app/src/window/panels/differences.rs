@@ -5,17 +5,18 @@ use super::super::bench::Bench;
 use super::super::job::Job;
 use super::super::measured::Work;
 use super::super::under::place;
-use super::super::widgets::named_radio;
+use super::super::widgets::{choose_scans, named_radio};
+use super::maps::{self, Legend};
 use bregma_field::{Progress, Ray, WorldPoint};
 use bregma_measure::difference::{Extreme, Statistics};
 use bregma_measure::numbers::{fixed, signed};
 use bregma_register::{Part, Parts};
 use bregma_renderer::Scene;
-use bregma_session::coat::Coat;
+use bregma_session::coat::{Coat, share};
 use bregma_session::difference::{Measured, measure, reach_mm};
-use bregma_session::difference_picture::{DifferenceCoat, LEAST_RANGE_MM, Scale, share};
+use bregma_session::difference_picture::{DifferenceCoat, LEAST_RANGE_MM, Scale};
 use bregma_session::{DifferenceBy as By, DifferenceOrder as Order, Measurement, Origin, save};
-use egui::{Align2, Color32, ComboBox, DragValue, FontId, Grid, Rect, Role, ScrollArea, Sense, Ui, WidgetInfo, pos2, vec2};
+use egui::{Button, DragValue, Grid, ScrollArea, Ui};
 use std::sync::Arc;
 
 /// The panel.
@@ -113,21 +114,17 @@ impl DifferencesPanel {
         let is_pair = |pair: &[usize; 2]| pair.iter().all(|n| *n < opened.volumes.len());
         let mut pair = self.pair.filter(is_pair).unwrap_or([0, opened.volumes.len().min(2) - 1]);
         if opened.volumes.len() > 1 {
-            let names = ["First", "Second"];
-            for (n, chosen) in pair.iter_mut().enumerate().take(needed) {
-                ComboBox::from_label(names[n]).selected_text(opened.volumes[*chosen].name()).show_ui(ui, |ui| {
-                    (0..opened.volumes.len()).for_each(|v| named_radio(ui, chosen, v, opened.volumes[v].name()));
-                });
-            }
+            let roles = [("Of", "First scan"), ("against", "Second scan")];
+            choose_scans(ui, opened, &mut pair[..needed], &roles);
             self.pair = Some(pair);
         }
         if self.by == By::Asymmetry {
             pair[1] = pair[0];
         }
         self.reach(ui, work, pair);
-        self.place(ui, work);
+        maps::place(ui, &mut self.patch_mm, work.measured.landmarks.iter().rfind(|l| l.point_mm.is_some()));
         let is_one = self.by != By::Asymmetry && pair[0] == pair[1];
-        let measures = ui.add_enabled(!is_one, egui::Button::new("Measure the difference")).on_disabled_hover_text("Choose two scans");
+        let measures = ui.add_enabled(!is_one, Button::new("Measure the difference")).on_disabled_hover_text("Choose two scans");
         if measures.clicked() {
             let (opened, order) = (opened.clone(), self.order(work, pair));
             let work = move |progress: &Progress| measure(&opened, &order, progress).map(|measured| (measured, Origin::of(&opened)));
@@ -147,28 +144,6 @@ impl DifferencesPanel {
                 self.reach_mm = Some(mm);
             }
         });
-    }
-
-    /// Where it is to be measured.
-    fn place(&mut self, ui: &mut Ui, work: &Work) {
-        let last = work.measured.landmarks.iter().rfind(|l| l.point_mm.is_some());
-        ui.horizontal(|ui| {
-            let mut everywhere = self.patch_mm.is_none() || last.is_none();
-            ui.radio_value(&mut everywhere, true, "Everywhere").on_hover_text("Whatever is cut to look at it");
-            ui.add_enabled_ui(last.is_some(), |ui| {
-                let hint = "A landmark says where (Measure › Landmark): the last one counts";
-                ui.radio_value(&mut everywhere, false, "At a landmark").on_hover_text(hint).on_disabled_hover_text(hint);
-            });
-            self.patch_mm = if everywhere { None } else { Some(self.patch_mm.unwrap_or(20.0)) };
-        });
-        if let (Some(patch_mm), Some(last)) = (&mut self.patch_mm, last) {
-            ui.horizontal(|ui| {
-                ui.weak("within");
-                ui.add(DragValue::new(patch_mm).range(0.5..=1000.0).speed(0.2).max_decimals(1).suffix(" mm"))
-                    .accessible_name("Radius of the place");
-                ui.weak(format!("of {}", last.name));
-            });
-        }
     }
 
     fn order(&self, work: &Work, pair: [usize; 2]) -> Order {
@@ -252,30 +227,18 @@ const SAVE: Ask = Ask {
     name: "difference.csv",
 };
 
-/// The colours with their millimetres, and above them how much of the surface differs by that.
 fn legend(ui: &mut Ui, coat: &DifferenceCoat, statistics: &Statistics) {
-    let (rect, response) = ui.allocate_exact_size(vec2(280.0, 78.0), Sense::hover());
-    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, "Legend of the difference"));
-    let (range, painter) = (coat.scale.range_mm, ui.painter_at(rect));
-    let bar = Rect::from_min_max(rect.min + vec2(20.0, 44.0), rect.max - vec2(32.0, 20.0));
-    for n in 0..bar.width() as usize {
-        let mm = range * (2.0 * (n as f64 + 0.5) / f64::from(bar.width()) - 1.0);
-        let [r, g, b] = coat.scale.color(mm as f32, 0.0);
-        let x = bar.left() + n as f32;
-        let column = |top: f32, bottom: f32| Rect::from_min_max(pos2(x, top), pos2(x + 1.0, bottom));
-        painter.rect_filled(column(bar.top(), bar.bottom()), 0.0, Color32::from_rgb(r, g, b));
-        if let Some(share) = share(statistics, mm) {
-            let height = share as f32 * 40.0;
-            painter.rect_filled(column(bar.top() - 2.0 - height, bar.top() - 2.0), 0.0, Color32::from_gray(150));
-        }
-    }
-    for n in 0..=2 {
-        let text = signed(range * (f64::from(n) - 1.0), 2);
-        let at = pos2(bar.left() + n as f32 / 2.0 * bar.width(), bar.bottom() + 3.0);
-        let text = if n == 2 { text + " mm" } else { text };
-        painter.text(at, Align2::CENTER_TOP, text, FontId::proportional(12.0), ui.visuals().text_color());
-    }
-    response.on_hover_text("Above the colours: how much of the surface differs by that. Grey: within its ±. Hatched: no partner.");
+    let range_mm = coat.scale.range_mm;
+    let legend = Legend {
+        name: "Legend of the difference",
+        hint: "Above the colours: how much of the surface differs by that. Grey: within its ±. Hatched: no number.",
+        ends_mm: [-range_mm, range_mm],
+        color: &|mm| coat.scale.color(mm as f32, 0.0),
+        share: &|mm| share(statistics.bin_ends_mm, &statistics.bins_mm2, mm),
+        text: |mm| signed(mm, 2),
+        texts: 3,
+    };
+    legend.show(ui);
 }
 
 fn numbers(ui: &mut Ui, s: &Statistics) {

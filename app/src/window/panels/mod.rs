@@ -12,6 +12,7 @@ mod landmarks;
 mod light;
 mod look;
 mod looks;
+mod maps;
 mod poses;
 mod preferences;
 mod ray_form;

@@ -3,7 +3,7 @@
 use super::super::bench::Bench;
 use super::super::job::Job;
 use super::super::measured::Work;
-use super::super::widgets::elided;
+use super::super::widgets::{choose_scans, elided};
 use super::super::words::in_the_window;
 use super::hand::{self, Steps};
 use super::poses;
@@ -16,7 +16,7 @@ use bregma_register::Parts;
 use bregma_register::landmarks::{Freedom, Paired};
 use bregma_session::register::{By, Order, apart, register};
 use bregma_session::{Made, Opened};
-use egui::{Button, ComboBox, Context, Grid, ScrollArea, Ui};
+use egui::{Button, Context, Grid, ScrollArea, Ui};
 use glam::DAffine3;
 use std::sync::Arc;
 
@@ -176,21 +176,7 @@ impl RegisterPanel {
     fn which(&mut self, ui: &mut Ui, opened: &Opened) {
         self.numbers = those_open(self.numbers, opened);
         let before = self.numbers;
-        Grid::new("which").num_columns(2).show(ui, |ui| {
-            for (role, (word, name)) in [("Move", "Scan that moves"), ("onto", "Scan that stays")].into_iter().enumerate() {
-                ui.weak(word);
-                let width = ui.available_width() - 20.0;
-                let shown = elided(ui, opened.volumes[self.numbers[role]].name(), width - 40.0);
-                let combo = ComboBox::from_id_salt(name).selected_text(shown).width(width).show_ui(ui, |ui| {
-                    for (n, volume) in opened.volumes.iter().enumerate() {
-                        let text = elided(ui, volume.name(), width - 40.0);
-                        ui.selectable_value(&mut self.numbers[role], n, text).accessible_name(volume.name());
-                    }
-                });
-                combo.response.on_hover_text(name).accessible_name(name);
-                ui.end_row();
-            }
-        });
+        choose_scans(ui, opened, &mut self.numbers, &[("Move", "Scan that moves"), ("onto", "Scan that stays")]);
         if self.numbers[0] == self.numbers[1] {
             // The other takes the place that this one left.
             self.numbers = [before[1], before[0]];

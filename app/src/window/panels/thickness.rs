@@ -5,13 +5,14 @@ use super::super::bench::Bench;
 use super::super::job::Job;
 use super::super::measured::Work;
 use super::super::widgets::named_radio;
+use super::maps::{self, Legend};
 use bregma_measure::thickness::Statistics;
 use bregma_renderer::{Mode, Scene};
-use bregma_session::coat::{Coat, white};
+use bregma_session::coat::{Coat, share, white};
+use bregma_session::save;
 use bregma_session::thickness::{Map, Order, ThicknessCoat, ThicknessMethod};
-use bregma_session::thickness_picture::{Colors, Scale, share};
-use bregma_session::{Landmark, save};
-use egui::{Align2, Color32, DragValue, FontId, Grid, Rect, Role, ScrollArea, Sense, Ui, WidgetInfo, pos2, vec2};
+use bregma_session::thickness_picture::{Colors, Scale};
+use egui::{DragValue, Grid, ScrollArea, Ui};
 use std::sync::Arc;
 
 /// The panel.
@@ -145,32 +146,11 @@ impl ThicknessPanel {
         for (method, name, what) in METHODS {
             ui.radio_value(&mut self.method, method, name).on_hover_text(what);
         }
-        self.place(ui, work.measured.landmarks.iter().rfind(|l| l.point_mm.is_some()));
+        maps::place(ui, &mut self.patch_mm, work.measured.landmarks.iter().rfind(|l| l.point_mm.is_some()));
         if ui.button("Measure the thickness").clicked()
             && let Some(order) = self.order(work)
         {
             self.job = Some(Job::start(ui.ctx(), "Measuring".into(), move |progress| order.measure(progress)));
-        }
-    }
-
-    /// Where it is to be measured.
-    fn place(&mut self, ui: &mut Ui, last: Option<&Landmark>) {
-        ui.horizontal(|ui| {
-            let mut everywhere = self.patch_mm.is_none() || last.is_none();
-            ui.radio_value(&mut everywhere, true, "Whole surface").on_hover_text("Whatever is cut to look at it");
-            ui.add_enabled_ui(last.is_some(), |ui| {
-                let hint = "A landmark says where (Measure › Landmark): the last one counts";
-                ui.radio_value(&mut everywhere, false, "Around a landmark").on_hover_text(hint).on_disabled_hover_text(hint);
-            });
-            self.patch_mm = if everywhere { None } else { Some(self.patch_mm.unwrap_or(20.0)) };
-        });
-        if let (Some(patch_mm), Some(last)) = (&mut self.patch_mm, last) {
-            ui.horizontal(|ui| {
-                ui.weak("within");
-                ui.add(DragValue::new(patch_mm).range(0.5..=1000.0).speed(0.2).max_decimals(1).suffix(" mm"))
-                    .accessible_name("Radius of the patch");
-                ui.weak(format!("of {}", last.name));
-            });
         }
     }
 
@@ -196,37 +176,18 @@ const SAVE: Ask = Ask {
     name: "thickness.csv",
 };
 
-/// The colours with their millimetres, and above them how much of the surface has each.
 fn legend(ui: &mut Ui, coat: &ThicknessCoat) {
-    let (rect, response) = ui.allocate_exact_size(vec2(280.0, 78.0), Sense::hover());
-    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, "Legend of the thickness"));
-    let [low, high] = coat.scale.ends_mm;
-    let (statistics, painter) = (&coat.map.statistics, ui.painter_at(rect));
-    let bar = Rect::from_min_max(rect.min + vec2(12.0, 44.0), rect.max - vec2(24.0, 20.0));
-    for n in 0..bar.width() as usize {
-        let mm = low + (high - low) * (n as f64 + 0.5) / f64::from(bar.width());
-        let [r, g, b] = coat.scale.color(mm as f32);
-        let x = bar.left() + n as f32;
-        let column = |top: f32, bottom: f32| Rect::from_min_max(pos2(x, top), pos2(x + 1.0, bottom));
-        painter.rect_filled(column(bar.top(), bar.bottom()), 0.0, Color32::from_rgb(r, g, b));
-        if let Some(share) = share(statistics, mm) {
-            let height = share as f32 * 40.0;
-            painter.rect_filled(column(bar.top() - 2.0 - height, bar.top() - 2.0), 0.0, Color32::from_gray(150));
-        }
-    }
-    for n in 0..=4 {
-        let part = n as f32 / 4.0;
-        let text = format!("{:.1}", low + (high - low) * f64::from(part));
-        let at = pos2(bar.left() + part * bar.width(), bar.bottom() + 3.0);
-        painter.text(
-            at,
-            Align2::CENTER_TOP,
-            if n == 4 { text + " mm" } else { text },
-            FontId::proportional(12.0),
-            ui.visuals().text_color(),
-        );
-    }
-    response.on_hover_text("Above the colours: how much of the surface is that thick. Grey on the surface: not known, or not asked for.");
+    let statistics = &coat.map.statistics;
+    let legend = Legend {
+        name: "Legend of the thickness",
+        hint: "Above the colours: how much of the surface is that thick. Grey on the surface: not known, or not asked for.",
+        ends_mm: coat.scale.ends_mm,
+        color: &|mm| coat.scale.color(mm as f32),
+        share: &|mm| share(statistics.bin_ends_mm, &statistics.bins_mm2, mm),
+        text: |mm| format!("{mm:.1}"),
+        texts: 5,
+    };
+    legend.show(ui);
 }
 
 fn statistics(ui: &mut Ui, statistics: &Statistics) {
