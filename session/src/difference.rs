@@ -3,16 +3,15 @@
 use crate::difference_order::{By, Order, RecordedHalf, Told};
 use crate::measurement::{Origin, RecordedDifference};
 use crate::opened::Opened;
-use bregma_field::{Bounds, Volume, WorldPoint};
-use bregma_field::{Cancelled, Covariance, GridError, Progress, Surface, crossings};
+use bregma_field::{Bounds, Cancelled, Covariance, GridError, Progress, Region, Surface, Volume};
 use bregma_measure::difference::{self, Asked, PointErrors, Side, Statistics};
 use bregma_measure::mesh::Mesh;
 use bregma_measure::partner::Partners;
 use bregma_measure::{Registered, corrections, iso_tolerance, mirrored, unlike_thresholds};
 use bregma_register::Parts;
 use bregma_register::orient::{OrientError, symmetry};
-use bregma_renderer::{Layer, Ray};
-use glam::{DAffine3, DVec3};
+use bregma_renderer::Layer;
+use glam::DAffine3;
 use std::sync::Arc;
 use thiserror::Error;
 
@@ -140,7 +139,7 @@ pub fn measure(opened: &Opened, order: &Order, progress: &Progress) -> Result<Me
     let errors = [errors(0)?, errors(1)?];
     // A mirror image moves with its scan, wherever that is.
     let registered = placed.map(|p| if order.by == By::Asymmetry { Registered::default() } else { p.registered() });
-    let asked = [0, 1].map(|n| asked(&surfaces[n], &meshes[n], order, placed[n].index));
+    let asked = [0, 1].map(|n| asked(&meshes[n], order, placed[n].index));
     let maps = {
         let side = |n: usize| Side {
             surface: &surfaces[n],
@@ -198,14 +197,9 @@ fn image<'a>(opened: &'a Opened, index: usize, progress: &Progress) -> Result<Pl
 }
 
 /// Which points of a surface are asked for.
-fn asked(surface: &Surface, mesh: &Mesh, order: &Order, index: usize) -> Vec<bool> {
-    let left = surface.clone().cut(&order.clips, index);
-    let is_left = |point: &DVec3| {
-        // What is left of a line from there begins there, but for rounding.
-        let line = Ray { origin: WorldPoint(*point), direction: DVec3::X };
-        order.clips.is_empty() || crossings::box_span(&left, &line).is_some_and(|span| span.t_mm[0] < 1e-9)
-    };
-    mesh.vertices.iter().map(|point| order.parts.hold(*point) && is_left(point)).collect()
+fn asked(mesh: &Mesh, order: &Order, index: usize) -> Vec<bool> {
+    let left = Region::of(&order.clips, index);
+    mesh.vertices.iter().map(|point| order.parts.hold(*point) && left.depth_mm(*point) >= 0.0).collect()
 }
 
 /// What the person should know of two scans that are compared.

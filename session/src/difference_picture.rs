@@ -38,6 +38,11 @@ const STRIPE: u32 = 4;
 const ON_LINE: [u8; 3] = [70, 70, 70];
 
 impl Scale {
+    /// Decimals of what is written beside the colours: two digits of the end, and two decimals at least.
+    pub fn decimals(&self) -> usize {
+        (1.0 - self.range_mm.log10().floor()).clamp(2.0, 4.0) as usize
+    }
+
     /// The colour of a difference with its ±, mm; sRGB.
     pub fn color(&self, mm: f32, error_mm: f32) -> [u8; 3] {
         if mm.is_nan() {
@@ -216,7 +221,11 @@ impl DifferenceCoat {
         }
         for n in 0..=4 {
             let mm = range * (1.0 - f64::from(n) / 2.0);
-            area.draw(&Text::new(format!("{} mm", signed(mm, 2)), (x + 30, top + BAR * n / 4 - 8), (FONT, 14).into_font()))?;
+            area.draw(&Text::new(
+                format!("{} mm", signed(mm, self.scale.decimals())),
+                (x + 30, top + BAR * n / 4 - 8),
+                (FONT, 14).into_font(),
+            ))?;
         }
         Ok(())
     }

@@ -3,12 +3,11 @@
 use crate::coat::{self, Coat, Figure};
 use crate::opened::Opened;
 use crate::thickness_picture::{Scale, figure};
-use bregma_field::crossings;
-use bregma_field::{Cancelled, GridError, Progress, Volume, WorldPoint};
+use bregma_field::{Cancelled, GridError, Progress, Region, Volume, WorldPoint};
 use bregma_measure::mesh::Mesh;
 use bregma_measure::numbers::fixed;
 use bregma_measure::thickness::{self, Method, Statistics, cell_at};
-use bregma_renderer::{Clip, Layer, Picture, Ray, Scene, Surface, named};
+use bregma_renderer::{Clip, Layer, Picture, Scene, Surface, named};
 use glam::{DAffine3, DVec3};
 use std::error::Error;
 use std::sync::Arc;
@@ -124,13 +123,8 @@ impl Order {
         let surface = Surface::new(&self.volume, self.iso, self.transform)?;
         let mesh = Mesh::of(&surface, progress)?;
         let mut values = thickness::map(&surface, &mesh, self.method, progress)?;
-        let left = surface.clone().cut(&self.clips, self.index);
-        let is_asked = |point: &DVec3| {
-            // What is left of a line from there begins there, but for rounding.
-            let line = Ray { origin: WorldPoint(*point), direction: DVec3::X };
-            let is_left = self.clips.is_empty() || crossings::box_span(&left, &line).is_some_and(|span| span.t_mm[0] < 1e-9);
-            is_left && self.patch.is_none_or(|(centre, mm)| point.distance(centre) <= mm)
-        };
+        let left = Region::of(&self.clips, self.index);
+        let is_asked = |point: &DVec3| left.depth_mm(*point) >= 0.0 && self.patch.is_none_or(|(centre, mm)| point.distance(centre) <= mm);
         mesh.vertices.iter().zip(&mut values).filter(|(point, _)| !is_asked(point)).for_each(|(_, value)| *value = f32::NAN);
         let statistics = Statistics::of(&mesh, &values).ok_or(MapError::Nothing)?;
         Ok(Map { surface, mesh, values, statistics, title: self.title, iso: self.iso, transform: self.transform })

@@ -83,7 +83,8 @@ impl<'a> Partners<'a> {
         Ok(Self { surface, tree: Tree::of(surface, progress)?, metric, reach_per_mm, is_sheared })
     }
 
-    /// The point of the surface that is nearest to `point`, within `reach_mm`: the distance to it is right to 1e-6 voxel. `hint`, that of a point
+    /// The point of the surface that is nearest to `point`, within `reach_mm`: the distance to it is right to 1e-6 voxel, but
+    /// where so many places are about as near, as to a ball's centre, that they are not all looked at. `hint`, that of a point
     /// beside this one, makes it quicker and changes nothing.
     pub fn closest(&self, point: WorldPoint, reach_mm: f64, hint: Option<&Partner>) -> Option<Partner> {
         self.here(point).or_else(|| self.search(point, Wanted::Closest, reach_mm, hint))
@@ -234,7 +235,7 @@ impl InCell<'_> {
         for point in at_edges(&self.f, self.target, &self.partners.metric) {
             self.take(&Stationary::at(point), best);
         }
-        for (axis, face) in Part::CELL.faces() {
+        for (axis, face) in Part::faces() {
             self.feet_in(face, face, Some(axis), best);
         }
         self.feet_in(Part::CELL, Part::CELL, None, best);

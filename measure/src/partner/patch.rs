@@ -95,13 +95,13 @@ impl Part {
         part.low.cmple(part.high).all().then_some(part)
     }
 
-    /// Its faces that lie on the cell's, each with its axis: parts without depth.
-    pub fn faces(self) -> impl Iterator<Item = (usize, Self)> {
-        (0..6).filter_map(move |n| {
+    /// The faces of a cell, each with its axis: parts without depth.
+    pub fn faces() -> [(usize, Self); 6] {
+        std::array::from_fn(|n| {
             let (axis, at) = (n / 2, (n % 2) as f64);
-            let mut face = self;
+            let mut face = Self::CELL;
             (face.low[axis], face.high[axis]) = (at, at);
-            (self.low[axis] <= at && self.high[axis] >= at).then_some((axis, face))
+            (axis, face)
         })
     }
 

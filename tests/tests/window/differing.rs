@@ -39,6 +39,13 @@ fn a_map_of_differences_is_measured_painted_and_leads_to_rays() {
     assert!(changed(&painted, &pixels(&window)) > 200);
     choose(&mut window, Role::CheckBox, "Show on the surface");
     assert_eq!(changed(&before, &pixels(&window)), 0);
+    // One scan against itself mirrored, and back: the pair is there again.
+    choose(&mut window, Role::RadioButton, "Asymmetry");
+    window.get_by_label("First scan");
+    assert!(window.query_by_label("Second scan").is_none());
+    choose(&mut window, Role::RadioButton, "Partners");
+    window.get_by_label("Second scan");
+    assert!(!window.get_by_label("Measure the difference").accesskit_node().is_disabled());
     // A difference leads to its ray.
     let rays = |window: &Window| window.state().difference_ray().is_some();
     assert!(!rays(&window));

@@ -235,7 +235,7 @@ fn legend(ui: &mut Ui, coat: &DifferenceCoat, statistics: &Statistics) {
         ends_mm: [-range_mm, range_mm],
         color: &|mm| coat.scale.color(mm as f32, 0.0),
         share: &|mm| share(statistics.bin_ends_mm, &statistics.bins_mm2, mm),
-        text: |mm| signed(mm, 2),
+        text: &|mm| signed(mm, coat.scale.decimals()),
         texts: 3,
     };
     legend.show(ui);

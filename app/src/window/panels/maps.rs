@@ -37,7 +37,7 @@ pub struct Legend<'a> {
     /// How much of the surface has a value, of that which most of it has.
     pub share: &'a dyn Fn(f64) -> Option<f64>,
     /// How a value is written.
-    pub text: fn(f64) -> String,
+    pub text: &'a dyn Fn(f64) -> String,
     /// Values that are written, evenly from end to end.
     pub texts: usize,
 }

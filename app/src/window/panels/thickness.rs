@@ -184,7 +184,7 @@ fn legend(ui: &mut Ui, coat: &ThicknessCoat) {
         ends_mm: coat.scale.ends_mm,
         color: &|mm| coat.scale.color(mm as f32),
         share: &|mm| share(statistics.bin_ends_mm, &statistics.bins_mm2, mm),
-        text: |mm| format!("{mm:.1}"),
+        text: &|mm| format!("{mm:.1}"),
         texts: 5,
     };
     legend.show(ui);
