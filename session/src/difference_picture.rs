@@ -141,8 +141,12 @@ impl Coat for DifferenceCoat {
     fn paint(&self, picture: &mut Picture, scene: &Scene, through: [f64; 2]) {
         let seen = coat::seen(picture, scene, through, |point| self.at(point));
         let width = picture.width as usize;
+        // No line of no difference, which would follow the noise of all that agrees; nor one through what is not sure to differ.
         let band = |n: usize| match (self.scale.isolines_mm, seen.get(n)) {
-            (Some(step), Some(Some(Seen::Known { mm, .. }))) => Some((f64::from(*mm) / step).floor()),
+            (Some(step), Some(Some(Seen::Known { mm, error_mm }))) => {
+                let is_grey = self.scale.grey_within_error && mm.abs() <= *error_mm;
+                Some(if is_grey { 0.0 } else { (f64::from(*mm) / step).trunc() })
+            }
             _ => None,
         };
         for n in 0..seen.len() {

@@ -114,7 +114,7 @@ impl DifferencesPanel {
         let is_pair = |pair: &[usize; 2]| pair.iter().all(|n| *n < opened.volumes.len());
         let mut pair = self.pair.filter(is_pair).unwrap_or([0, opened.volumes.len().min(2) - 1]);
         if opened.volumes.len() > 1 {
-            let roles = [("Of", "First scan"), ("against", "Second scan")];
+            let roles = [("From", "First scan"), ("to", "Second scan")];
             choose_scans(ui, opened, &mut pair[..needed], &roles);
             self.pair = Some(pair);
         }
