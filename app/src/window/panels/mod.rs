@@ -332,6 +332,10 @@ impl Panels {
         ui.horizontal_wrapped(|ui| {
             for panel in &PANELS {
                 let Place::Right(tab, title) = panel.place else { continue };
+                // A row of its own for what is worked out, so that no number of rays moves it.
+                if tab == Tab::Thickness {
+                    ui.end_row();
+                }
                 let count = (panel.count)(bench);
                 let text = if count == 0 { title.to_owned() } else { format!("{title} ({count})") };
                 if ui.selectable_label(self.tab == tab, text).clicked() {
