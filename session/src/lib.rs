@@ -24,6 +24,7 @@ mod opened;
 pub mod output;
 mod poses;
 pub mod presets;
+pub mod print;
 pub mod record;
 pub mod register;
 pub mod save;
@@ -34,6 +35,7 @@ mod source;
 pub mod thickness;
 pub mod thickness_picture;
 mod under;
+pub mod views;
 pub mod volumes;
 
 pub use bregma_measure::landmarks::{CRANIOMETRIC, Landmark, Template};

@@ -5,7 +5,8 @@ use crate::difference_picture::DifferenceCoat;
 use crate::difference_report::html;
 use crate::measurement::Measurement;
 use crate::measurement::Origin;
-use crate::output::{OutputError, write_figure, write_png, write_whole};
+use crate::output::{OutputError, write_whole};
+use crate::print::{FileError, write_figure, write_picture};
 use crate::thickness::ThicknessCoat;
 use bregma_measure::corrections;
 use bregma_measure::csv::{self, Made};
@@ -22,6 +23,9 @@ pub enum SaveError {
     /// The file cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// The picture cannot be written.
+    #[error(transparent)]
+    Picture(#[from] FileError),
     /// Its name says no form.
     #[error("{}: end the name in {forms}, so that its form is known", file.display())]
     Form {
@@ -124,11 +128,11 @@ pub fn difference(file: &Path, coat: &DifferenceCoat, made_by: Option<&Origin>, 
     }
 }
 
-/// Saves a picture as PNG; one that is painted with a map, with its legend.
+/// Saves a picture; one that is painted with a map, with its legend.
 pub fn picture(file: &Path, picture: &Picture, coat: Option<&dyn Coat>) -> Result<(), SaveError> {
-    let Some(coat) = coat else { return Ok(write_png(file, picture)?) };
+    let Some(coat) = coat else { return Ok(write_picture(file, picture)?) };
     let figure = coat.figure(picture).map_err(|reason| SaveError::Legend { file: file.to_owned(), reason })?;
-    Ok(write_figure(file, figure)?)
+    Ok(write_figure(file, &figure)?)
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ mod error;
 mod look;
 mod opening;
 mod parsers;
+mod print_args;
 mod sources;
 mod terminal;
 
@@ -45,7 +46,7 @@ fn run(command: &Command, Common { backend, .. }: &Common) -> Result<(), Command
         Command::Convert(args) => commands::convert(args),
         Command::Render(args) => commands::render(args, machine),
         Command::Probe(args) => commands::probe(args),
-        Command::Verify(args) => commands::verify(args),
+        Command::Verify(args) => commands::verify(args, machine),
         Command::Thickness(args) => commands::thickness(args, machine),
         Command::Difference(args) => commands::difference(args, machine),
         Command::Volume(args) => commands::volume(args),

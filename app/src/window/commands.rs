@@ -6,9 +6,10 @@ use super::dock;
 use super::document::Next;
 use super::menu::{Allowed, Menu};
 use super::panels::{Command, Panels};
-use super::picture::navigate::{self, Side};
+use super::picture::navigate;
 use bregma_renderer::{BodyPlane, Named};
 use bregma_session::save;
+use bregma_session::views::View;
 use egui::{Context, Key, Modifiers, ViewportCommand};
 use std::path::{Path, PathBuf};
 
@@ -61,17 +62,17 @@ pub const COMMANDS: &[Command] = &[
         .when(|_, b| if b.history.can_undo() { Ok(()) } else { Err("Nothing was done") }),
     Command::new(Menu::Edit, "Redo", &[(CTRL_SHIFT, Key::Z), (CTRL, Key::Y)], |_, b, _| b.history.redo(&mut b.work))
         .when(|_, b| if b.history.can_redo() { Ok(()) } else { Err("Nothing was undone") }),
-    Command::new(Menu::View, "From anterior: norma frontalis", &[(NONE, Key::Num1)], |_, b, _| look_from(b, Side::Anterior))
+    Command::new(Menu::View, "From anterior: norma frontalis", &[(NONE, Key::Num1)], |_, b, _| look_from(b, View::Frontalis))
         .within(LOOK_FROM),
-    Command::new(Menu::View, "From posterior: norma occipitalis", &[(NONE, Key::Num2)], |_, b, _| look_from(b, Side::Posterior))
+    Command::new(Menu::View, "From posterior: norma occipitalis", &[(NONE, Key::Num2)], |_, b, _| look_from(b, View::Occipitalis))
         .within(LOOK_FROM),
-    Command::new(Menu::View, "From left: norma lateralis sinistra", &[(NONE, Key::Num3)], |_, b, _| look_from(b, Side::Left))
+    Command::new(Menu::View, "From left: norma lateralis sinistra", &[(NONE, Key::Num3)], |_, b, _| look_from(b, View::LateralisSinistra))
         .within(LOOK_FROM),
-    Command::new(Menu::View, "From right: norma lateralis dextra", &[(NONE, Key::Num4)], |_, b, _| look_from(b, Side::Right))
+    Command::new(Menu::View, "From right: norma lateralis dextra", &[(NONE, Key::Num4)], |_, b, _| look_from(b, View::LateralisDextra))
         .within(LOOK_FROM),
-    Command::new(Menu::View, "From superior: norma verticalis", &[(NONE, Key::Num7)], |_, b, _| look_from(b, Side::Superior))
+    Command::new(Menu::View, "From superior: norma verticalis", &[(NONE, Key::Num7)], |_, b, _| look_from(b, View::Verticalis))
         .within(LOOK_FROM),
-    Command::new(Menu::View, "From inferior: norma basilaris", &[(NONE, Key::Num8)], |_, b, _| look_from(b, Side::Inferior))
+    Command::new(Menu::View, "From inferior: norma basilaris", &[(NONE, Key::Num8)], |_, b, _| look_from(b, View::Basilaris))
         .within(LOOK_FROM),
     Command::new(Menu::View, "Perspective or orthographic", &[(NONE, Key::Num5)], |_, b, _| {
         let bounds = b.work.opened.bounds();
@@ -87,7 +88,7 @@ pub const COMMANDS: &[Command] = &[
         });
     }),
     Command::new(Menu::View, "Bounding boxes on or off", &[(NONE, Key::B)], |_, b, _| b.work.opened.boxes = !b.work.opened.boxes),
-    Command::new(Menu::View, "Show everything", &[(NONE, Key::F), (NONE, Key::Home)], |_, b, _| look_from(b, Side::ThreeQuarter)),
+    Command::new(Menu::View, "Show everything", &[(NONE, Key::F), (NONE, Key::Home)], |_, b, _| look_from(b, View::Oblique)),
     Command::new(Menu::View, "Fold the scans", &[(NONE, Key::OpenBracket)], |p, _, ctx| p.dock.toggle(dock::Side::Left, ctx)).apart(),
     Command::new(Menu::View, "Fold the results", &[(NONE, Key::CloseBracket)], |p, _, ctx| p.dock.toggle(dock::Side::Right, ctx)),
     Command::new(Menu::Help, "Guide", &[(NONE, Key::F1)], |p, _, _| p.help.toggle_guide()).when(|_, _| Ok(())),
@@ -115,8 +116,8 @@ fn open(bench: &mut Bench, ctx: &Context, ask: Ask, adds: bool) {
     bench.ask(ctx, ask, move |bench, ctx, paths| if adds { bench.add(ctx, paths) } else { bench.replace(ctx, Next::Files(paths)) });
 }
 
-fn look_from(bench: &mut Bench, side: Side) {
-    navigate::look_at(&mut bench.work.opened, side, bench.view.aspect());
+fn look_from(bench: &mut Bench, view: View) {
+    navigate::look_at(&mut bench.work.opened, view, bench.view.aspect());
 }
 
 /// Saves the slices as they are shown now: one under the name that is chosen, of several each with its plane behind it.

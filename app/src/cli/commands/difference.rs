@@ -13,7 +13,8 @@ use bregma_session::coat::Coat;
 use bregma_session::difference::{Measured, measure};
 use bregma_session::difference_picture::{DifferenceCoat, LEAST_RANGE_MM, Scale};
 use bregma_session::difference_report::html;
-use bregma_session::output::{figure_png, make_folder, write_whole};
+use bregma_session::output::{make_folder, write_whole};
+use bregma_session::print::figure_png;
 use bregma_session::{DifferenceBy, DifferenceOrder, Machine, Opened, Origin, save};
 use std::path::Path;
 use std::sync::Arc;
@@ -67,7 +68,7 @@ fn drawn(opened: &mut Opened, coat: &DifferenceCoat, args: &DifferenceArgs, mach
     coat.paint(&mut picture, &scene, [0.0; 2]);
     let unplotted = |reason| CommandError::Figure { what: "the picture".into(), reason };
     let figure = coat.figure(&picture).map_err(unplotted)?;
-    figure_png(&figure).map_err(|reason| CommandError::Figure { what: "the picture".into(), reason: reason.into() })
+    figure_png(&figure).map_err(|reason| CommandError::Figure { what: "the picture".into(), reason })
 }
 
 /// The difference in short.

@@ -7,6 +7,7 @@ mod demo;
 mod difference;
 mod info;
 mod orient;
+mod plate;
 mod probe;
 mod register;
 mod render;
