@@ -20,7 +20,9 @@ impl Inks {
         if parsed.color_space != DataColorSpace::Cmyk {
             return Err(fail("is no profile of four inks (CMYK); ask the printer or the journal for theirs".into()));
         }
-        Ok(Self { parsed, profile })
+        let inks = Self { parsed, profile };
+        inks.bytes(&[255; 3]).map_err(|_| fail("does not say which inks a colour takes; ask for a printer's output profile".into()))?;
+        Ok(inks)
     }
 
     /// The inks of sRGB pixels, four bytes each.

@@ -5,9 +5,9 @@ use super::encoding::{Encoding, Failure};
 use super::inks::{Inks, srgb_profile};
 use std::io::Cursor;
 use tiff::decoder::{Decoder, DecodingResult};
-use tiff::encoder::colortype::{CMYK8, CMYK16, ColorType, RGB8, RGB16, RGBA8, RGBA16};
+use tiff::encoder::colortype::{CMYK8, CMYK16, ColorType, RGB8, RGB16};
 use tiff::encoder::{Compression, Predictor, Rational, TiffEncoder, TiffValue};
-use tiff::tags::{ResolutionUnit, Tag, Type};
+use tiff::tags::{ExtraSamples, ResolutionUnit, Tag, Type};
 
 /// A sheet with its marks.
 pub fn encode(canvas: &Canvas, encoding: &Encoding, record: Option<&str>) -> Result<Vec<u8>, Failure> {
@@ -21,11 +21,10 @@ pub fn encode(canvas: &Canvas, encoding: &Encoding, record: Option<&str>) -> Res
         };
     }
     let profile = srgb_profile()?;
-    match (encoding.is_deep, canvas.is_clear) {
-        (false, false) => written::<RGB8>(canvas, &canvas.bytes(&light), &profile, record),
-        (false, true) => written::<RGBA8>(canvas, &canvas.bytes(&light), &profile, record),
-        (true, false) => written::<RGB16>(canvas, &canvas.words(&light), &profile, record),
-        (true, true) => written::<RGBA16>(canvas, &canvas.words(&light), &profile, record),
+    if encoding.is_deep {
+        written::<RGB16>(canvas, &canvas.words(&light), &profile, record)
+    } else {
+        written::<RGB8>(canvas, &canvas.bytes(&light), &profile, record)
     }
 }
 
@@ -36,6 +35,9 @@ where
     let mut bytes = Cursor::new(vec![]);
     let mut encoder = TiffEncoder::new(&mut bytes)?.with_compression(Compression::Lzw).with_predictor(Predictor::Horizontal);
     let mut image = encoder.new_image::<C>(canvas.size[0], canvas.size[1])?;
+    if canvas.is_clear {
+        image.extra_samples(&[ExtraSamples::UnassociatedAlpha])?;
+    }
     if let Some(dpi) = canvas.dpi {
         // To a thousandth of a dot.
         image.resolution(ResolutionUnit::Inch, Rational { n: (dpi * 1000.0).round() as u32, d: 1000 });
