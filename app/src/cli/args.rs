@@ -1,9 +1,10 @@
 //! The command line: what is agreed in `bregma --help`.
 
+use super::camera_args::CameraArgs;
 use super::look::LookArgs;
 use super::parsers::{
-    Background, Plane, Seed, VolumeFile, background, ball, corners, disc, field_of_view, number, one_of, pair, part, picture_file, plane,
-    point, positive, registration_file, seed, size, solver, two_scans, volume_file,
+    Background, Seed, VolumeFile, background, ball, corners, disc, number, one_of, pair, part, point, positive, registration_file, seed,
+    size, solver, two_scans, volume_file,
 };
 use super::print_args::PrintArgs;
 use super::sources::Sources;
@@ -168,7 +169,7 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub sources: Sources<0>,
     /// The picture: .png, .tif, .exr, .jpg, .pdf or .svg
-    #[arg(long, value_name = "P.png", value_parser = picture_file)]
+    #[arg(long, value_name = "P.png")]
     pub out: PathBuf,
     /// Isovalues.
     #[command(flatten)]
@@ -213,33 +214,6 @@ pub struct RenderArgs {
     /// What max, min, mean, xray or slice (of its first scan) has in each pixel: NPY float32, NaN where none
     #[arg(long, value_name = "P.npy")]
     pub values: Option<PathBuf>,
-}
-
-/// The camera, LPS mm.
-#[derive(Debug, Args)]
-pub struct CameraArgs {
-    /// Where the viewer stands
-    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, conflicts_with = "orbit")]
-    pub eye: Option<DVec3>,
-    /// What the centre of the picture shows; the middle of the scans when absent
-    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, requires = "eye")]
-    pub target: Option<DVec3>,
-    /// A direction that points up in the picture [default: 0,0,1]
-    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
-    pub up: Option<DVec3>,
-    /// Vertical field of view, degrees [default: 30]
-    #[arg(long, value_name = "DEG", value_parser = field_of_view, conflicts_with = "ortho")]
-    pub fov: Option<f64>,
-    /// Parallel projection; height of the view, mm [default: what the target has in perspective]
-    #[arg(long, value_name = "MM", num_args = 0..=1, value_parser = positive)]
-    pub ortho: Option<Option<f64>>,
-    /// Azimuth and elevation around the scans, degrees; 0,0 looks at the face, 90,0 at the left side
-    #[arg(long, value_name = "AZ,EL", value_parser = pair, allow_hyphen_values = true)]
-    pub orbit: Option<(f64, f64)>,
-    /// Onto a plane, for --mode slice: axial, coronal or sagittal through the middle of the scans or, behind @, at a place along its axis (S, P
-    /// or L, mm); or the plane n·x = D [default: axial]
-    #[arg(long, value_name = "NAME[@MM]|NX,NY,NZ,D", value_parser = plane, allow_hyphen_values = true, conflicts_with_all = ["orbit", "eye", "fov"])]
-    pub plane: Option<Plane>,
 }
 
 /// `bregma probe`.

@@ -1,6 +1,7 @@
 //! The command line.
 
 mod args;
+mod camera_args;
 mod commands;
 mod error;
 mod look;

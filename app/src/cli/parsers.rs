@@ -6,7 +6,6 @@ use bregma_measure::volumes::cavity::Disc;
 use bregma_register::Part;
 use bregma_renderer::{BodyPlane, Color, Named, Solver};
 use bregma_session::Raw;
-use bregma_session::print::{ENDINGS, Form};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use glam::DVec3;
 use std::path::PathBuf;
@@ -221,12 +220,6 @@ pub fn background(text: &str) -> Result<Background, String> {
         "white" => Ok(Background(Some(Color([1.0; 3])))),
         _ => color(text).map(|c| Background(Some(c))).map_err(|e| format!("neither white nor clear, and {e}")),
     }
-}
-
-/// A file that a picture can be written to, by the ending of its name.
-pub fn picture_file(text: &str) -> Result<PathBuf, String> {
-    let file = PathBuf::from(text);
-    Form::of(&file).map(|_| file).map_err(|_| format!("no picture has this ending; use {ENDINGS}"))
 }
 
 /// A file that a registration can be written to, by the ending of its name.

@@ -1,6 +1,6 @@
 //! What options say of a picture on paper.
 
-use super::args::CameraArgs;
+use super::camera_args::CameraArgs;
 use super::error::CommandError;
 use super::parsers::{number, one_of, positive};
 use bregma_renderer::{Color, Named};

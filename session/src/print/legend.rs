@@ -7,7 +7,7 @@ use super::sheet::{MARGIN_MM, Print};
 use super::text::{CAPITAL, LEADING, text, width_mm, wrapped};
 use crate::opened::Opened;
 use bregma_measure::numbers::significant;
-use bregma_renderer::{Color, CutFace, Setting};
+use bregma_renderer::{Color, CutFace};
 
 /// What colours mean.
 #[derive(Clone, Debug)]
@@ -58,7 +58,7 @@ impl Legend {
         }
         let seen = opened.volumes.iter().zip(&scene.layers).filter(|(_, layer)| layer.visible);
         let mut scans: Vec<_> = seen.map(|(volume, layer)| (layer.color.bytes(), volume.name().to_owned())).collect();
-        if scene.mode.uses(Setting::Agreement) && scans.len() > 1 {
+        if scene.tells_agreement() && scans.len() > 1 {
             let within_mm = significant(scene.agreement_mm(&opened.volumes), 2);
             scans.push((Color::diverging(0.0).bytes(), format!("both, within {within_mm} mm")));
         }

@@ -1,6 +1,6 @@
 //! `bregma difference`: how two scans differ over their whole surfaces.
 
-use super::render::camera;
+use super::view::camera;
 use crate::cli::args::DifferenceArgs;
 use crate::cli::error::CommandError;
 use crate::cli::opening::{open, require_spacing};

@@ -14,6 +14,7 @@ mod render;
 mod stability;
 mod thickness;
 mod verify;
+mod view;
 mod volume;
 
 pub use bench::bench;

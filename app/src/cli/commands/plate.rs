@@ -1,6 +1,6 @@
 //! The pictures of a sheet: one, several views of the same scans, or those that a file lists.
 
-use super::render::opened;
+use super::view::opened;
 use crate::cli::args::{Cli, Command, RenderArgs};
 use crate::cli::error::CommandError;
 use bregma_session::print::{Panel, Print};

@@ -1,6 +1,6 @@
 //! `bregma thickness`: how thick the bone is, over the whole surface.
 
-use super::render::camera;
+use super::view::camera;
 use crate::cli::args::ThicknessArgs;
 use crate::cli::error::CommandError;
 use crate::cli::opening::{open, require_spacing};
