@@ -1,5 +1,6 @@
 //! Colours that a surface wears in a picture: those of a map of it.
 
+use crate::print::Legend;
 use bregma_field::WorldPoint;
 use bregma_renderer::{Light, Picture, Reconstruction, Scene};
 use fast_srgb8::{f32_to_srgb8, srgb8_to_f32};
@@ -13,6 +14,9 @@ pub trait Coat: Debug + Send + Sync {
 
     /// What the map says at a point of its surface, in words.
     fn told_at(&self, point: WorldPoint) -> Option<String>;
+
+    /// What its colours mean, on paper.
+    fn legend(&self) -> Legend;
 
     /// The painted picture with its legend.
     fn figure(&self, picture: &Picture) -> Result<Figure, Box<dyn Error>>;

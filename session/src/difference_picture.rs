@@ -3,6 +3,7 @@
 use crate::chart::fonts::{FONT, fonts};
 use crate::coat::{self, Coat, Figure, dye, share, white};
 use crate::difference::{Half, Measured};
+use crate::print::Legend;
 use bregma_field::WorldPoint;
 use bregma_measure::difference::Statistics;
 use bregma_measure::numbers::{fixed, signed};
@@ -170,6 +171,11 @@ impl Coat for DifferenceCoat {
             Seen::Without => Some("no difference is known".into()),
             Seen::Known { mm, error_mm } => Some(format!("difference {} ± {} mm", signed(f64::from(mm), 2), fixed(f64::from(error_mm), 2))),
         }
+    }
+
+    fn legend(&self) -> Legend {
+        let range_mm = self.scale.range_mm;
+        Legend::between(self.measured.legend(), [-range_mm, range_mm], |mm| self.scale.color(mm as f32, 0.0))
     }
 
     fn figure(&self, picture: &Picture) -> Result<Figure, Box<dyn Error>> {

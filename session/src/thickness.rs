@@ -2,6 +2,7 @@
 
 use crate::coat::{self, Coat, Figure};
 use crate::opened::Opened;
+use crate::print::Legend;
 use crate::thickness_picture::{Scale, figure};
 use bregma_field::{Cancelled, GridError, Progress, Region, Volume, WorldPoint};
 use bregma_measure::mesh::Mesh;
@@ -104,6 +105,10 @@ impl Coat for ThicknessCoat {
     fn told_at(&self, point: WorldPoint) -> Option<String> {
         let mm = self.map.value_at(point);
         (!mm.is_nan()).then(|| format!("thickness {} mm", fixed(f64::from(mm), 2)))
+    }
+
+    fn legend(&self) -> Legend {
+        Legend::between(format!("{}, mm", self.map.title), self.scale.ends_mm, |mm| self.scale.color(mm as f32))
     }
 
     fn figure(&self, picture: &Picture) -> Result<Figure, Box<dyn Error>> {

@@ -8,6 +8,7 @@ use super::menu::{Allowed, Menu};
 use super::panels::{Command, Panels};
 use super::picture::navigate;
 use bregma_renderer::{BodyPlane, Named};
+use bregma_session::print::ENDING_LIST;
 use bregma_session::save;
 use bregma_session::views::View;
 use egui::{Context, Key, Modifiers, ViewportCommand};
@@ -41,12 +42,9 @@ pub const COMMANDS: &[Command] = &[
     Command::new(Menu::File, "Open the demo pair", &[], |_, b, ctx| b.replace(ctx, Next::Demo)).when(can_open),
     Command::new(Menu::File, "Save session", &[(CTRL, Key::S)], |_, b, ctx| b.save_session(ctx, false)).when(can_save).apart(),
     Command::new(Menu::File, "Save session as…", &[(CTRL_SHIFT, Key::S)], |_, b, ctx| b.save_session(ctx, true)).when(can_save),
-    Command::new(Menu::File, "Save picture…", &[(CTRL, Key::P)], save_picture).when(|p, b| {
+    Command::new(Menu::File, "Save picture…", &[(CTRL, Key::P)], |p, _, _| p.picture.toggle()).when(|p, b| {
         can_save(p, b)?;
-        if !b.work.opened.slices.layout.has_picture() {
-            return Err("The picture is not among the views");
-        }
-        if b.painter.is_settled() { Ok(()) } else { Err("The picture is being drawn") }
+        if b.work.opened.slices.layout.has_picture() { Ok(()) } else { Err("The picture is not among the views") }
     }),
     Command::new(Menu::File, "Save slices…", &[], |_, b, ctx| save_slices(b, ctx)).when(|p, b| {
         can_save(p, b)?;
@@ -124,7 +122,7 @@ fn look_from(bench: &mut Bench, view: View) {
 fn save_slices(bench: &mut Bench, ctx: &Context) {
     let planes = bench.work.opened.slices.layout.planes();
     let pictures: Vec<_> = planes.iter().filter_map(|plane| Some((*plane, bench.slices.seen(*plane)?.0.clone()))).collect();
-    let ask = Ask { title: "Save the slices", kind: Kind::Save, forms: &[("PNG picture", &["png"])], name: "slice.png" };
+    let ask = Ask { title: "Save the slices", kind: Kind::Save, forms: &[("Picture", ENDING_LIST)], name: "slice.png" };
     bench.save(ctx, ask, move |_, file| {
         let is_one = pictures.len() == 1;
         pictures.iter().try_for_each(|(plane, picture)| save::picture(&file_of_slice(file, *plane, is_one), picture, None))
@@ -134,15 +132,8 @@ fn save_slices(bench: &mut Bench, ctx: &Context) {
 /// The file of one of the slices that are saved under a name.
 fn file_of_slice(file: &Path, plane: BodyPlane, is_one: bool) -> PathBuf {
     let stem = file.file_stem().unwrap_or_default().to_string_lossy();
-    if is_one { file.to_owned() } else { file.with_file_name(format!("{stem}-{}.png", plane.name())) }
-}
-
-/// Saves the picture as it is shown now.
-fn save_picture(panels: &mut Panels, bench: &mut Bench, ctx: &Context) {
-    let Some(picture) = bench.view.painted.as_ref().map(|painted| painted.picture.clone()) else { return };
-    let coat = panels.painting(&bench.work).map(|(_, coat)| coat);
-    let ask = Ask { title: "Save the picture", kind: Kind::Save, forms: &[("PNG picture", &["png"])], name: "picture.png" };
-    bench.save(ctx, ask, move |_, file| save::picture(file, &picture, coat.as_deref()));
+    let ending = file.extension().unwrap_or_default().to_string_lossy();
+    if is_one { file.to_owned() } else { file.with_file_name(format!("{stem}-{}.{ending}", plane.name())) }
 }
 
 #[cfg(test)]

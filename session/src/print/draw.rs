@@ -2,10 +2,9 @@
 
 use super::PrintError;
 use super::canvas::Canvas;
-use super::legend::Legend;
 use super::marks::{self, Place, Tint};
 use super::measured;
-use super::prepare::{Panel, legend_mm};
+use super::prepare::{Panel, legend, legend_mm};
 use super::sheet::{Layout, Print};
 use bregma_field::Progress;
 use bregma_renderer::{Picture, Renderer, Still, point_in_pixel};
@@ -30,7 +29,7 @@ pub fn draw(panels: &[Panel], print: &Print, renderer: &mut dyn Renderer, progre
         }
     }
     if let Some(panel) = panels.first().filter(|_| print.legend) {
-        canvas.marks.extend(Legend::of(&panel.opened)?.marks(layout.legend_mm, print, tint));
+        canvas.marks.extend(legend(panel)?.marks(layout.legend_mm, print, tint));
     }
     canvas.marks.extend(marks::caption(layout.caption_mm, print, tint));
     Ok(canvas)

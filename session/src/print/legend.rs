@@ -34,7 +34,6 @@ impl Legend {
     /// Of what is drawn; `Err` where its colours have no numbers.
     pub fn of(opened: &Opened) -> Result<Self, PrintError> {
         let scene = &opened.scene;
-        let part = |n: usize| n as f32 / (PIECES - 1) as f32;
         if scene.tells_depths() {
             let range_mm = scene.depth_range_mm(&opened.volumes);
             let names = opened.compared().map(|pair| pair.map(|n| opened.volumes[n].name().to_owned()));
@@ -42,19 +41,15 @@ impl Legend {
                 Some([first, second]) => format!("How far {second} lies before {first} along the view, mm"),
                 None => "Depth, mm".into(),
             };
-            let colors = (0..PIECES).map(|n| Color::diverging(2.0 * part(n) - 1.0).bytes()).collect();
-            let numbers = [-1.0, -0.5, 0.0, 0.5, 1.0].map(|share| number(share * range_mm));
-            return Ok(Self::Bar { title, colors, numbers: numbers.into() });
+            return Ok(Self::between(title, [-range_mm, range_mm], |mm| Color::diverging((mm / range_mm) as f32).bytes()));
         }
         let is_grey_slice = scene.is_slice() && scene.cut_face == CutFace::Density;
         if scene.gives_values() && (is_grey_slice || !scene.is_slice()) {
             let window = if scene.is_slice() { scene.slice.window.or(scene.window) } else { scene.window };
             let window = window.ok_or(PrintError::NoWindow)?;
-            let grey = |n: usize| Color([part(n); 3]).bytes();
-            let at = |share: f64| number(window.level + (share - 0.5) * window.width);
             let title = if scene.of_gradient { "Gradient, per mm" } else { "Value" };
-            let numbers = [0.0, 0.25, 0.5, 0.75, 1.0].map(at).into();
-            return Ok(Self::Bar { title: title.into(), colors: (0..PIECES).map(grey).collect(), numbers });
+            let ends = [-0.5, 0.5].map(|share| window.level + share * window.width);
+            return Ok(Self::between(title.into(), ends, |value| Color([window.brightness(value) as f32; 3]).bytes()));
         }
         let seen = opened.volumes.iter().zip(&scene.layers).filter(|(_, layer)| layer.visible);
         let mut scans: Vec<_> = seen.map(|(volume, layer)| (layer.color.bytes(), volume.name().to_owned())).collect();
@@ -63,6 +58,13 @@ impl Legend {
             scans.push((Color::diverging(0.0).bytes(), format!("both, within {within_mm} mm")));
         }
         Ok(Self::Scans(scans))
+    }
+
+    /// Of numbers from one to another, evenly apart, in the colours that they have.
+    pub fn between(title: String, [low, high]: [f64; 2], color: impl Fn(f64) -> [u8; 3]) -> Self {
+        let at = |part: f64| low + part * (high - low);
+        let colors = (0..PIECES).map(|n| color(at(n as f64 / (PIECES - 1) as f64))).collect();
+        Self::Bar { title, colors, numbers: [0.0, 0.25, 0.5, 0.75, 1.0].map(|part| number(at(part))).into() }
     }
 
     /// Height of its strip, mm.

@@ -31,7 +31,8 @@ pub use draw::draw;
 pub use encoding::{ENDINGS, Encoding, FileError};
 pub use form::{ENDING_LIST, Form, figure_png, write, write_figure, write_picture};
 pub use inks::Inks;
-pub use prepare::{Aim, Panel, prepare};
+pub use legend::Legend;
+pub use prepare::{Aim, Panel, prepare, scale_of};
 pub use sheet::{AUTO, Bar, Layout, MOST_PIXELS, PRINT_DPI, PRINT_SAMPLES, Print, TYPE_PT, ratio};
 
 use bregma_field::Cancelled;

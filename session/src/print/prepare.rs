@@ -44,7 +44,8 @@ pub fn prepare(panels: &mut [Panel], print: &mut Print) -> Result<Vec<String>, P
     if panels.iter().any(is_perspective) && (print.scale.is_some() || panels.len() > 1) {
         return Err(if print.scale.is_some() { PrintError::ScaleInPerspective } else { PrintError::PlateInPerspective });
     }
-    let points: Vec<Vec<DVec3>> = panels.iter().map(|panel| panel.opened.bone_points_mm()).collect();
+    let points = |panel: &Panel| if panel.aim.is_some() { panel.opened.bone_points_mm() } else { vec![] };
+    let points: Vec<Vec<DVec3>> = panels.iter().map(points).collect();
     if print.caption.as_deref() == Some(AUTO) {
         print.caption = Some(caption(panels, print));
     }
@@ -57,10 +58,22 @@ pub fn prepare(panels: &mut [Panel], print: &mut Print) -> Result<Vec<String>, P
     Ok(warnings)
 }
 
+/// Millimetres of the world on a millimetre of paper, of a picture alone on its sheet; `None` in perspective, or where there is no room for it.
+pub fn scale_of(panel: &Panel, print: &Print) -> Option<f64> {
+    let Projection::Orthographic { height_mm } = panel.opened.scene.viewed_from().projection else { return None };
+    let layout = Layout::new(print, 1, legend_mm(std::slice::from_ref(panel), print).ok()?).ok()?;
+    Some(height_mm * print.px_per_mm() / f64::from(layout.cells[0].1[1]))
+}
+
+/// What the colours of a picture mean: those of the map that its surface wears, or of its mode.
+pub(super) fn legend(panel: &Panel) -> Result<Legend, PrintError> {
+    panel.coat.as_ref().map_or_else(|| Legend::of(&panel.opened), |coat| Ok(coat.legend()))
+}
+
 /// Height of the strip that tells what colours mean, mm: the first picture's.
 pub(super) fn legend_mm(panels: &[Panel], print: &Print) -> Result<f64, PrintError> {
     match panels.first().filter(|_| print.legend) {
-        Some(panel) => Ok(Legend::of(&panel.opened)?.height_mm(print)),
+        Some(panel) => Ok(legend(panel)?.height_mm(print)),
         None => Ok(0.0),
     }
 }
