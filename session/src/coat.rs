@@ -4,7 +4,6 @@ use crate::print::Legend;
 use bregma_field::WorldPoint;
 use bregma_renderer::{Light, Picture, Reconstruction, Scene};
 use fast_srgb8::{f32_to_srgb8, srgb8_to_f32};
-use std::error::Error;
 use std::fmt::Debug;
 
 /// A map with its colours, for the picture.
@@ -17,9 +16,6 @@ pub trait Coat: Debug + Send + Sync {
 
     /// What its colours mean, on paper.
     fn legend(&self) -> Legend;
-
-    /// The painted picture with its legend.
-    fn figure(&self, picture: &Picture) -> Result<Figure, Box<dyn Error>>;
 }
 
 /// RGB pixels, their width and their height.

@@ -177,8 +177,15 @@ impl Coat for DifferenceCoat {
         let range_mm = self.scale.range_mm;
         Legend::between(self.measured.legend(), [-range_mm, range_mm], |mm| self.scale.color(mm as f32, 0.0))
     }
+}
 
-    fn figure(&self, picture: &Picture) -> Result<Figure, Box<dyn Error>> {
+/// Width of the legend beside the picture, and height of its bar of colours.
+const LEGEND: u32 = 270;
+const BAR: i32 = 200;
+
+impl DifferenceCoat {
+    /// The painted picture with its legend and its statistics.
+    pub fn figure(&self, picture: &Picture) -> Result<Figure, Box<dyn Error>> {
         fonts();
         let statistics = self.half().statistics.as_ref();
         let lines = [words(&self.measured.legend()), vec![String::new()], words(&format!("on {}", self.half().name))].concat();
@@ -201,13 +208,7 @@ impl Coat for DifferenceCoat {
         }
         Ok(coat::beside(picture, rgb, width, height))
     }
-}
 
-/// Width of the legend beside the picture, and height of its bar of colours.
-const LEGEND: u32 = 270;
-const BAR: i32 = 200;
-
-impl DifferenceCoat {
     /// The colours with their millimetres, and beside them how much of the surface differs by that.
     fn bar<B: DrawingBackend>(
         &self,

@@ -1,19 +1,16 @@
 //! What is saved in the form that its file's name asks for.
 
-use crate::coat::Coat;
 use crate::difference_picture::DifferenceCoat;
 use crate::difference_report::html;
 use crate::measurement::Measurement;
 use crate::measurement::Origin;
 use crate::output::{OutputError, write_whole};
-use crate::print::{FileError, write_figure, write_picture};
 use crate::thickness::ThicknessCoat;
 use bregma_measure::corrections;
 use bregma_measure::csv::{self, Made};
 use bregma_measure::export::{self, Named};
 use bregma_measure::landmarks::{self, Landmark};
 use bregma_measure::table_style::{TableStyle, styled};
-use bregma_renderer::Picture;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -23,9 +20,6 @@ pub enum SaveError {
     /// The file cannot be written.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// The picture cannot be written.
-    #[error(transparent)]
-    Picture(#[from] FileError),
     /// Its name says no form.
     #[error("{}: end the name in {forms}, so that its form is known", file.display())]
     Form {
@@ -33,14 +27,6 @@ pub enum SaveError {
         file: PathBuf,
         /// The endings that say one.
         forms: &'static str,
-    },
-    /// A figure that cannot be drawn.
-    #[error("{}: the legend cannot be drawn ({reason}); hide the map and save the picture alone", file.display())]
-    Legend {
-        /// The file.
-        file: PathBuf,
-        /// What went wrong.
-        reason: Box<dyn std::error::Error>,
     },
 }
 
@@ -126,13 +112,6 @@ pub fn difference(file: &Path, coat: &DifferenceCoat, made_by: Option<&Origin>, 
     } else {
         Err(SaveError::Form { file: file.to_owned(), forms: ".csv, .ply, .html or .json" })
     }
-}
-
-/// Saves a picture; one that is painted with a map, with its legend.
-pub fn picture(file: &Path, picture: &Picture, coat: Option<&dyn Coat>) -> Result<(), SaveError> {
-    let Some(coat) = coat else { return Ok(write_picture(file, picture)?) };
-    let figure = coat.figure(picture).map_err(|reason| SaveError::Legend { file: file.to_owned(), reason })?;
-    Ok(write_figure(file, &figure)?)
 }
 
 #[cfg(test)]

@@ -8,8 +8,7 @@ use super::menu::{Allowed, Menu};
 use super::panels::{Command, Panels};
 use super::picture::navigate;
 use bregma_renderer::{BodyPlane, Named};
-use bregma_session::print::ENDING_LIST;
-use bregma_session::save;
+use bregma_session::print::{ENDING_LIST, write_picture};
 use bregma_session::views::View;
 use egui::{Context, Key, Modifiers, ViewportCommand};
 use std::path::{Path, PathBuf};
@@ -125,7 +124,7 @@ fn save_slices(bench: &mut Bench, ctx: &Context) {
     let ask = Ask { title: "Save the slices", kind: Kind::Save, forms: &[("Picture", ENDING_LIST)], name: "slice.png" };
     bench.save(ctx, ask, move |_, file| {
         let is_one = pictures.len() == 1;
-        pictures.iter().try_for_each(|(plane, picture)| save::picture(&file_of_slice(file, *plane, is_one), picture, None))
+        pictures.iter().try_for_each(|(plane, picture)| write_picture(&file_of_slice(file, *plane, is_one), picture))
     });
 }
 

@@ -5,7 +5,7 @@ use super::super::bench::Bench;
 use super::super::job::Job;
 use super::Painting;
 use bregma_field::Progress;
-use bregma_renderer::{Color, Projection};
+use bregma_renderer::{Color, Projection, Scene};
 use bregma_session::print::record::Record;
 use bregma_session::print::{AUTO, Bar, ENDING_LIST, Encoding, Form, Panel, Print, draw, prepare, ratio, scale_of, write};
 use bregma_session::{Compare, Machine};
@@ -32,7 +32,8 @@ struct Wishes {
     bar: bool,
     letters: bool,
     marks: bool,
-    legend: bool,
+    /// Where nobody says, where colours tell numbers.
+    legend: Option<bool>,
     caption: bool,
     label: String,
     is_deep: bool,
@@ -42,7 +43,7 @@ impl Default for Wishes {
     fn default() -> Self {
         // A column of most journals.
         let (size_mm, dpi) = ([85.0, 100.0], 300.0);
-        let (on_paper, bar, letters, marks, legend, caption) = (true, true, true, true, false, false);
+        let (on_paper, bar, letters, marks, legend, caption) = (true, true, true, true, None, false);
         Self { on_paper, size_mm, dpi, ground: Ground::White, bar, letters, marks, legend, caption, label: String::new(), is_deep: false }
     }
 }
@@ -91,7 +92,8 @@ impl PicturePanel {
     }
 
     fn contents(&mut self, ui: &mut Ui, bench: &mut Bench, painting: Option<Painting>) {
-        Grid::new("picture").num_columns(2).spacing([16.0, 8.0]).show(ui, |ui| self.rows(ui));
+        let tells = tells(&bench.work.opened.scene, painting.as_ref());
+        Grid::new("picture").num_columns(2).spacing([16.0, 8.0]).show(ui, |ui| self.rows(ui, tells));
         ui.separator();
         let (panel, mut print) = self.ordered(bench, painting);
         let told = told(&panel, &print, self.encoding());
@@ -119,7 +121,7 @@ impl PicturePanel {
         }
     }
 
-    fn rows(&mut self, ui: &mut Ui) {
+    fn rows(&mut self, ui: &mut Ui, tells: bool) {
         let wishes = &mut self.wishes;
         ui.label("Size");
         ui.horizontal(|ui| {
@@ -155,7 +157,10 @@ impl PicturePanel {
         ui.label("Below it");
         ui.horizontal(|ui| {
             ui.checkbox(&mut wishes.caption, "Caption").on_hover_text("What is shown, at which isovalue, and how");
-            ui.checkbox(&mut wishes.legend, "What colours mean");
+            let mut legend = wishes.legend.unwrap_or(tells);
+            if ui.checkbox(&mut legend, "What colours mean").changed() {
+                wishes.legend = Some(legend);
+            }
         });
         ui.end_row();
         ui.label("Figure's letter");
@@ -176,7 +181,7 @@ impl PicturePanel {
         let mut opened = work.opened.clone();
         opened.measurements = work.records(bench.found.iter().map(|found| &found.ray), None);
         opened.landmarks.clone_from(&work.measured.landmarks);
-        let mut coat = None;
+        let (tells, mut coat) = (tells(&opened.scene, painting.as_ref()), None);
         if let Some((scene, painted)) = painting {
             (opened.scene, opened.compare, coat) = (scene, Compare::Off, Some(painted));
         }
@@ -195,7 +200,7 @@ impl PicturePanel {
             letters: wishes.letters,
             label: Some(wishes.label.trim().to_owned()).filter(|label| !label.is_empty()),
             caption: wishes.caption.then(|| AUTO.to_owned()),
-            legend: wishes.legend,
+            legend: wishes.legend.unwrap_or(tells),
             marks: wishes.marks,
             ..Print::default()
         };
@@ -204,6 +209,11 @@ impl PicturePanel {
 }
 
 const FORMS: &[(&str, &[&str])] = &[("Picture", ENDING_LIST)];
+
+/// Whether colours stand for numbers.
+fn tells(scene: &Scene, painting: Option<&Painting>) -> bool {
+    painting.is_some() || scene.tells_depths()
+}
 
 /// Pixels, bytes and scale, before anything is drawn.
 fn told(panel: &Panel, print: &Print, encoding: Encoding) -> String {
