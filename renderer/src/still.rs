@@ -57,16 +57,17 @@ impl Still {
         self.samples += 1;
     }
 
-    /// The pixels' middles: depths, volumes and values, and the colours that are seen through them.
-    pub fn middles(&self) -> &Picture {
-        &self.first
-    }
-
-    /// The mean as light that is not rounded to bytes: linear, premultiplied with the opacity, which is last.
-    pub fn light(&self) -> Vec<Vec4> {
-        let part = 1.0 / self.samples as f32;
-        let more = |n: usize| self.more.get(n).map_or(Vec4::ZERO, |more| *more * part);
-        self.first.rgba.par_iter().enumerate().map(|(n, pixel)| light_of(*pixel) + more(n)).collect()
+    /// The mean as light that is not rounded to bytes, linear and premultiplied with the opacity, which is last; and the picture through the pixels'
+    /// middles, with their depths, volumes and values.
+    pub fn into_light(self) -> (Vec<Vec4>, Picture) {
+        let Self { first, more: mut light, samples } = self;
+        if light.is_empty() {
+            return (first.rgba.par_iter().map(|pixel| light_of(*pixel)).collect(), first);
+        }
+        // In the memory of what there is more than the first: large prints have hardly room for twice as much.
+        let part = 1.0 / samples as f32;
+        light.par_iter_mut().zip(&first.rgba).for_each(|(more, pixel)| *more = light_of(*pixel) + *more * part);
+        (light, first)
     }
 
     /// The mean.

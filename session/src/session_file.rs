@@ -79,47 +79,53 @@ impl Session {
         }
         let fail = |reason: String| SessionError { file: file.display().to_string(), reason };
         let text = std::fs::read_to_string(file).map_err(|e| fail(e.to_string()))?;
-        let mut session: Self =
+        let session: Self =
             serde_json::from_str(&text).and_then(|json| serde_json::from_value(renewed(json))).map_err(|e| fail(e.to_string()))?;
-        if session.bregma_session != 1 {
-            return Err(fail(format!("its version is {}", session.bregma_session)));
-        }
-        if session.volumes.is_empty() {
-            return Err(fail("it holds no scans".into()));
-        }
-        if session.volumes.len() != session.scene.layers.len() {
-            return Err(fail(format!("it has {} volumes but {} layers", session.volumes.len(), session.scene.layers.len())));
-        }
         if source.transform.is_some() || source.spacing_mm.is_some() || !source.turn.is_none() {
             let text = "a session has transforms, spacings and turns of its own: --transform, --spacing and --turn are for scans";
             return Err(fail(text.into()));
         }
-        if session.scene.layers.iter().any(|l| !l.transform.is_finite() || l.transform.matrix3.determinant() == 0.0) {
-            return Err(fail("one of its transforms cannot be inverted".into()));
-        }
-        for transfer in session.scene.layers.iter_mut().filter_map(|l| l.transfer.as_mut()) {
-            let mut own = transfer.clone();
-            // Of points at one value, as an isovalue at the end of the range makes them, one is enough.
-            own.points.dedup_by(|b, a| a.value == b.value);
-            let name = own.name.clone();
-            *transfer = own.checked().map_err(|e| fail(format!("its transfer function {name} {e}")))?;
-        }
-        session.scene.clips.iter_mut().for_each(Clip::normalize);
-        session.scene.check().map_err(|e| fail(e.to_string()))?;
-        if !session.compare.is_sound() {
-            return Err(fail("how it compares scans has a number that cannot be".into()));
-        }
-        if session.slices.is_some_and(|slices| !slices.is_sound()) {
-            return Err(fail("its slices go through no point, or are turned by nothing".into()));
-        }
-        if let Some(pose) = session.poses.iter().find(|pose| !pose.is_sound()) {
-            return Err(fail(format!("its kept registration {} cannot be inverted", pose.name)));
-        }
+        let mut session = session.checked().map_err(fail)?;
         let folder = file.parent().unwrap_or(Path::new(""));
         for volume in session.volumes.iter_mut().filter(|volume| volume.built_in.is_none()) {
             volume.file = folder.join(&volume.file);
         }
         Ok(Some(session))
+    }
+
+    /// It, if nothing in it is what no session can hold; else what is.
+    pub(crate) fn checked(mut self) -> Result<Self, String> {
+        if self.bregma_session != 1 {
+            return Err(format!("its version is {}", self.bregma_session));
+        }
+        if self.volumes.is_empty() {
+            return Err("it holds no scans".into());
+        }
+        if self.volumes.len() != self.scene.layers.len() {
+            return Err(format!("it has {} volumes but {} layers", self.volumes.len(), self.scene.layers.len()));
+        }
+        if self.scene.layers.iter().any(|l| !l.transform.is_finite() || l.transform.matrix3.determinant() == 0.0) {
+            return Err("one of its transforms cannot be inverted".into());
+        }
+        for transfer in self.scene.layers.iter_mut().filter_map(|l| l.transfer.as_mut()) {
+            let mut own = transfer.clone();
+            // Of points at one value, as an isovalue at the end of the range makes them, one is enough.
+            own.points.dedup_by(|b, a| a.value == b.value);
+            let name = own.name.clone();
+            *transfer = own.checked().map_err(|e| format!("its transfer function {name} {e}"))?;
+        }
+        self.scene.clips.iter_mut().for_each(Clip::normalize);
+        self.scene.check().map_err(|e| e.to_string())?;
+        if !self.compare.is_sound() {
+            return Err("how it compares scans has a number that cannot be".into());
+        }
+        if self.slices.is_some_and(|slices| !slices.is_sound()) {
+            return Err("its slices go through no point, or are turned by nothing".into());
+        }
+        if let Some(pose) = self.poses.iter().find(|pose| !pose.is_sound()) {
+            return Err(format!("its kept registration {} cannot be inverted", pose.name));
+        }
+        Ok(self)
     }
 
     /// Writes it to `file`.

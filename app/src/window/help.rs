@@ -13,10 +13,11 @@ struct Page {
     text: &'static str,
 }
 
-const PAGES: [Page; 5] = [
+const PAGES: [Page; 6] = [
     Page { title: "Guide", file: "guide.md", text: include_str!("../../../docs/guide.md") },
     Page { title: "Measuring", file: "measuring.md", text: include_str!("../../../docs/measuring.md") },
     Page { title: "Pictures", file: "modes.md", text: include_str!("../../../docs/modes.md") },
+    Page { title: "On paper", file: "print.md", text: include_str!("../../../docs/print.md") },
     Page { title: "Registration", file: "registration.md", text: include_str!("../../../docs/registration.md") },
     Page { title: "Scans", file: "formats.md", text: include_str!("../../../docs/formats.md") },
 ];

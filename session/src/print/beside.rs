@@ -21,13 +21,13 @@ const ROOM_MM: f64 = 0.35;
 const POINT_MM: f64 = 0.7;
 
 /// The upper left and the lower right corner of a box.
-type Box2 = [At; 2];
+pub type Box2 = [At; 2];
 
-/// The words of all labels of a picture, each where it covers least.
-pub fn beside(labels: &[Label], place: Place, size: f64, tint: Tint) -> Vec<Mark> {
+/// The words of all labels of a picture, each where it covers least, also of what is `taken` already.
+pub fn beside(labels: &[Label], place: Place, taken: &[Box2], size: f64, tint: Tint) -> Vec<Mark> {
     let point = |label: &Label| [label.at.map(|mm| mm - POINT_MM), label.at.map(|mm| mm + POINT_MM)];
     let points: Vec<Box2> = labels.iter().map(point).collect();
-    let mut taken: Vec<Box2> = vec![];
+    let mut taken = taken.to_vec();
     let mut marks = vec![];
     for (n, label) in labels.iter().enumerate() {
         let width = label.lines.iter().map(|line| width_mm(line, size)).fold(0.0, f64::max);
@@ -92,7 +92,7 @@ mod tests {
         let at = |n: i32| [12.0 + f64::from(n % 5) * 12.0, 20.0 + f64::from(n / 5) * 6.0];
         let labels: Vec<Label> = (0..15).map(|n| Label { at: at(n), lines: vec![format!("point {n}")] }).collect();
         let tint = Tint { ink: [0; 3], halo: [255; 3] };
-        let marks = beside(&labels, place, 2.5, tint);
+        let marks = beside(&labels, place, &[], 2.5, tint);
         let boxes: Vec<Box2> = marks.iter().filter(|mark| mark.words.starts_with("point")).map(Mark::bounds).collect();
         assert_eq!(boxes.len(), 15);
         for (n, a) in boxes.iter().enumerate() {

@@ -6,6 +6,7 @@ use bregma_renderer::{Color, Picture};
 use fast_srgb8::{f32_to_srgb8, srgb8_to_f32};
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
+use std::borrow::Cow;
 
 /// A sheet.
 #[derive(Clone, Debug, Default)]
@@ -25,13 +26,19 @@ pub struct Canvas {
 }
 
 impl Canvas {
-    /// Of one light.
+    /// Of one light, with nothing on it.
     pub fn filled(size: [u32; 2], dpi: Option<f64>, ground: Option<Color>) -> Self {
-        let count = size[0] as usize * size[1] as usize;
-        let light = vec![ground.map_or(Vec4::ZERO, |color| color.linear().extend(1.0)); count];
         let [width, height] = size;
+        let count = width as usize * height as usize;
+        let light = vec![ground.map_or(Vec4::ZERO, |color| color.linear().extend(1.0)); count];
         let (depth_mm, volume_id, values) = (vec![f32::NAN; count], vec![0; count], vec![f32::NAN; count]);
         let middles = Picture { width, height, rgba: vec![], depth_mm, volume_id, values, contours: vec![] };
+        Self { light, ..Self::whole(vec![], middles, dpi, ground) }
+    }
+
+    /// Of one picture that takes all of it.
+    pub fn whole(light: Vec<Vec4>, middles: Picture, dpi: Option<f64>, ground: Option<Color>) -> Self {
+        let size = [middles.width, middles.height];
         Self { size, dpi, light, middles: Some(middles), marks: vec![], is_clear: ground.is_none() }
     }
 
@@ -84,12 +91,13 @@ impl Canvas {
     }
 
     /// The light with the marks over it.
-    pub fn painted(&self) -> Vec<Vec4> {
-        let mut light = self.light.clone();
-        if !self.marks.is_empty() {
-            raster::paint(&self.marks, self.px_per_mm(), self.size, &mut light);
+    pub fn painted(&self) -> Cow<'_, [Vec4]> {
+        if self.marks.is_empty() {
+            return Cow::Borrowed(&self.light);
         }
-        light
+        let mut light = self.light.clone();
+        raster::paint(&self.marks, self.px_per_mm(), self.size, &mut light);
+        Cow::Owned(light)
     }
 
     /// Light as sRGB bytes: of a clear sheet with straight opacity, else three a pixel.

@@ -5,7 +5,9 @@ use super::canvas::Canvas;
 use super::marks::{self, Place, Tint};
 use super::measured;
 use super::prepare::{Panel, legend, legend_mm};
+use super::shapes::Mark;
 use super::sheet::{Layout, Print};
+use crate::compare::Compare;
 use bregma_field::Progress;
 use bregma_renderer::{Picture, Renderer, Still, point_in_pixel};
 
@@ -13,21 +15,23 @@ use bregma_renderer::{Picture, Renderer, Still, point_in_pixel};
 pub fn draw(panels: &[Panel], print: &Print, renderer: &mut dyn Renderer, progress: &Progress) -> Result<Canvas, PrintError> {
     let layout = Layout::new(print, panels.len(), legend_mm(panels, print)?)?;
     let ground = panels.first().and_then(|panel| panel.opened.scene.background);
-    let mut canvas = Canvas::filled(print.size_px, print.dpi, ground);
     let tint = Tint::on(ground);
     progress.begin(panels.len() as u64 * u64::from(print.samples));
-    // Below it stands the bar: in the last row the first.
-    let with_bar = (panels.len() - 1) / layout.columns * layout.columns;
+    let mut canvas = Canvas::default();
+    let mut marks = vec![];
     for (n, (panel, (at, size))) in panels.iter().zip(&layout.cells).enumerate() {
-        let mm = |px: u32| f64::from(px) / print.px_per_mm();
-        let place = Place { at: at.map(mm), size: size.map(mm) };
-        let still = still(panel, *size, print.samples, renderer, progress)?;
-        canvas.lay(*at, &still.light(), still.middles());
-        canvas.marks.extend(over(panel, n, still.middles(), place, print, tint));
-        if let Some(bar) = print.bar.filter(|_| n == with_bar) {
-            canvas.marks.extend(marks::bar(bar, &panel.opened.scene.viewed_from(), place, print, tint)?);
+        let (light, middles) = still(panel, *size, print.samples, renderer, progress)?.into_light();
+        marks.extend(over(panel, n, &middles, print, (tint, &layout))?);
+        if *size == print.size_px {
+            canvas = Canvas::whole(light, middles, print.dpi, ground);
+        } else {
+            if n == 0 {
+                canvas = Canvas::filled(print.size_px, print.dpi, ground);
+            }
+            canvas.lay(*at, &light, &middles);
         }
     }
+    canvas.marks = marks;
     if let Some(panel) = panels.first().filter(|_| print.legend) {
         canvas.marks.extend(legend(panel)?.marks(layout.legend_mm, print, tint));
     }
@@ -55,16 +59,37 @@ fn still(panel: &Panel, size: [u32; 2], samples: u32, renderer: &mut dyn Rendere
 }
 
 /// What is drawn over picture number `n`.
-fn over(panel: &Panel, n: usize, picture: &Picture, place: Place, print: &Print, tint: Tint) -> Vec<super::shapes::Mark> {
-    let mut over = vec![];
-    if print.marks {
-        over.extend(measured::marks(&panel.opened, picture, place, print, tint));
+fn over(panel: &Panel, n: usize, picture: &Picture, print: &Print, (tint, layout): (Tint, &Layout)) -> Result<Vec<Mark>, PrintError> {
+    let (opened, camera) = (&panel.opened, panel.opened.scene.viewed_from());
+    let mm = |px: u32| f64::from(px) / print.px_per_mm();
+    let ([left, top], size) = layout.cells[n];
+    let place = Place { at: [mm(left), mm(top)], size: size.map(mm) };
+    // Two pictures beside each other are two views; other comparisons are one.
+    let views = if opened.compare == Compare::SideBySide { opened.compare.sizes(opened.compared(), size) } else { vec![size] };
+    let mut places = vec![];
+    let mut beside = 0;
+    for view in views {
+        places.push((beside, Place { at: [place.at[0] + mm(beside), place.at[1]], size: view.map(mm) }));
+        beside += view[0];
     }
+    let mut over = vec![];
+    // Of several pictures the first of the last row has the bar.
+    let with_bar = (layout.cells.len() - 1) / layout.columns * layout.columns;
+    if let Some(bar) = print.bar.filter(|_| n == with_bar) {
+        over.extend(marks::bar(bar, &camera, places[0].1, print, tint)?);
+    }
+    let bar_mm = over.iter().map(|mark| mark.bounds()[1][0]).fold(0.0, f64::max);
     if print.letters {
-        over.extend(marks::letters(&panel.opened.scene.viewed_from(), place, print, tint));
+        over.extend(places.iter().flat_map(|(_, place)| marks::letters(&camera, *place, bar_mm, print, tint)));
     }
     if let Some(label) = &print.label {
         over.push(marks::label(&marks::following(label, n), place, print, tint));
     }
-    over
+    if print.marks {
+        // They are drawn below, and their words keep clear of the others.
+        let taken: Vec<_> = over.iter().map(Mark::bounds).collect();
+        let measured = places.iter().flat_map(|(from, place)| measured::marks(opened, (picture, *from), *place, &taken, (print, tint)));
+        over = measured.collect::<Vec<_>>().into_iter().chain(over).collect();
+    }
+    Ok(over)
 }

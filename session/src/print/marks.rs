@@ -80,15 +80,17 @@ pub fn bar(bar: Bar, camera: &Camera, place: Place, print: &Print, tint: Tint) -
     Ok(vec![Mark { words: format!("bar of scale, {words}"), shapes: vec![shape] }, number])
 }
 
-/// Letters of the sides at the middles of the edges: right, left, top and bottom.
-pub fn letters(camera: &Camera, place: Place, print: &Print, tint: Tint) -> Vec<Mark> {
+/// Letters of the sides at the middles of the edges: right, left, top and bottom. The last stands above a bar of scale that reaches so far, `bar_mm`.
+pub fn letters(camera: &Camera, place: Place, bar_mm: f64, print: &Print, tint: Tint) -> Vec<Mark> {
     let basis = camera.basis();
     let ([x, y], [width, height]) = (place.at, place.size);
+    let meets_bar = bar_mm > x + 0.5 * width - print.type_mm() && bar_mm <= x + width;
+    let lift = if meets_bar { BAR_MM + 1.0 } else { 0.0 };
     let edges = [
         ([x + MARGIN_MM, y + 0.5 * height], [0.0, 0.5], -basis.right),
         ([x + width - MARGIN_MM, y + 0.5 * height], [1.0, 0.5], basis.right),
         ([x + 0.5 * width, y + MARGIN_MM], [0.5, 0.0], basis.up),
-        ([x + 0.5 * width, y + height - MARGIN_MM], [0.5, 1.0], -basis.up),
+        ([x + 0.5 * width, y + height - MARGIN_MM - lift], [0.5, 1.0], -basis.up),
     ];
     edges.into_iter().map(|(at, anchor, toward)| text(at, anchor, &anatomical(toward), tint.letters(print.type_mm()))).collect()
 }

@@ -30,17 +30,30 @@ const TOLD_MM: f64 = 5.0;
 struct Seen<'a> {
     camera: &'a Camera,
     picture: &'a Picture,
+    /// The column of the picture that the view begins at, and its pixels.
+    from: usize,
+    size: [u32; 2],
     place: Place,
     /// What lies no farther behind a surface than this is on it, mm.
     near_mm: f64,
     tint: Tint,
+    /// A plane shows what lies on it: all else is hidden.
+    is_slice: bool,
 }
 
-/// All that was measured.
-pub fn marks(opened: &Opened, picture: &Picture, place: Place, print: &Print, tint: Tint) -> Vec<Mark> {
+/// All that was measured, in a view that begins at column `from` of a picture; words keep clear of boxes that are `taken`.
+pub fn marks(
+    opened: &Opened,
+    (picture, from): (&Picture, u32),
+    place: Place,
+    taken: &[[At; 2]],
+    (print, tint): (&Print, Tint),
+) -> Vec<Mark> {
     let spacing = opened.grids().iter().map(|grid| grid.spacing_mm().max_element()).fold(f64::INFINITY, f64::min);
     let camera = &opened.scene.viewed_from();
-    let seen = Seen { camera, picture, place, near_mm: 1.5 * spacing, tint };
+    let size = place.size.map(|mm| (mm * print.px_per_mm()).round() as u32);
+    let from = from as usize;
+    let seen = Seen { is_slice: opened.scene.is_slice(), camera, picture, from, size, place, near_mm: 1.5 * spacing, tint };
     let (mut marks, mut labels) = (vec![], vec![]);
     let rays = opened.measurements.iter().filter_map(|measurement| match measurement {
         Measurement::Ray(ray) => Some(&**ray),
@@ -59,7 +72,7 @@ pub fn marks(opened: &Opened, picture: &Picture, place: Place, print: &Print, ti
         }
     }
     // Words last: they keep clear of all points.
-    marks.extend(beside(&labels, place, print.type_mm(), tint));
+    marks.extend(beside(&labels, place, taken, print.type_mm(), tint));
     marks
 }
 
@@ -72,12 +85,12 @@ fn name(ray: &RecordedRay, n: usize) -> String {
 
 impl Seen<'_> {
     fn pixels_per_mm(&self) -> f64 {
-        f64::from(self.picture.width) / self.place.size[0]
+        f64::from(self.size[0]) / self.place.size[0]
     }
 
     /// Where a point is on the paper, and whether bone hides it; nowhere behind the eye or beside the picture.
     fn at(&self, point: DVec3) -> Option<(At, bool)> {
-        let (width, height) = (self.picture.width, self.picture.height);
+        let [width, height] = self.size;
         let (x, y) = self.camera.project(WorldPoint(point), width, height)?;
         let inside = (-0.5..f64::from(width) - 0.5).contains(&x) && (-0.5..f64::from(height) - 0.5).contains(&y);
         if !inside {
@@ -85,16 +98,19 @@ impl Seen<'_> {
         }
         let ray = self.camera.ray(x, y, width, height);
         let depth_mm = (point - ray.origin.0).dot(ray.direction);
-        let pixel = (y.round() as usize).min(height as usize - 1) * width as usize + (x.round() as usize).min(width as usize - 1);
+        let [x_px, y_px] = [(x, width), (y, height)].map(|(at, most)| (at.round() as usize).min(most as usize - 1));
+        let pixel = y_px * self.picture.width as usize + self.from + x_px;
         let surface_mm = f64::from(self.picture.depth_mm[pixel]);
         let on = [x, y].map(|px| (px + 0.5) / self.pixels_per_mm());
         // Where nothing is hit the surface is at NaN, which hides nothing.
-        Some(([self.place.at[0] + on[0], self.place.at[1] + on[1]], surface_mm + self.near_mm < depth_mm))
+        let off_mm = (point - self.camera.target_mm).dot(self.camera.basis().forward);
+        let is_hidden = if self.is_slice { off_mm.abs() > self.near_mm } else { surface_mm + self.near_mm < depth_mm };
+        Some(([self.place.at[0] + on[0], self.place.at[1] + on[1]], is_hidden))
     }
 
     /// A stretch in pieces that are seen or hidden throughout.
     fn pieces(&self, ends: [DVec3; 2]) -> Vec<(Vec<At>, bool)> {
-        let paper = |p: DVec3| self.camera.project(WorldPoint(p), self.picture.width, self.picture.height);
+        let paper = |p: DVec3| self.camera.project(WorldPoint(p), self.size[0], self.size[1]);
         let length_px = match ends.map(paper) {
             [Some((ax, ay)), Some((bx, by))] => (bx - ax).hypot(by - ay),
             _ => 0.0,
@@ -140,7 +156,7 @@ impl Seen<'_> {
     fn ray(&self, name: &str, ray: &Ray, found: &DifferenceRay, opened: &Opened, (marks, labels): Out<'_>) {
         let (Some(first), Some(last)) = (found.ledger.first(), found.ledger.last()) else { return };
         let at = |t: f64| ray.at(t).0;
-        let paper_mm = |a: f64, b: f64| match [a, b].map(|t| self.camera.project(ray.at(t), self.picture.width, self.picture.height)) {
+        let paper_mm = |a: f64, b: f64| match [a, b].map(|t| self.camera.project(ray.at(t), self.size[0], self.size[1])) {
             [Some((ax, ay)), Some((bx, by))] => (bx - ax).hypot(by - ay) / self.pixels_per_mm(),
             _ => 0.0,
         };

@@ -51,6 +51,9 @@ pub fn prepare(panels: &mut [Panel], print: &mut Print) -> Result<Vec<String>, P
     }
     let layout = Layout::new(print, panels.len(), legend_mm(panels, print)?)?;
     let mut warnings = aim(panels, &points, print, &layout);
+    if print.marks && panels.iter().all(|panel| panel.opened.measurements.is_empty() && panel.opened.landmarks.is_empty()) {
+        warnings.push("there are no rays and no landmarks to be marked; name the session that has them, or a file of landmarks".into());
+    }
     if let Some(panel) = panels.iter().find(|panel| panel.aim.is_some_and(|aim| aim.frankfurt.is_none())) {
         let names = panel.opened.volumes.first().map_or("the scan", |volume| volume.name());
         warnings.push(format!("{names}: the view is along the scan's own axes; --frankfurt holds the skull by its landmarks"));

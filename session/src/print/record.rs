@@ -212,6 +212,8 @@ pub fn again(file: &Path, machine: Machine, progress: &Progress) -> Result<Again
         return Err(AgainError::Map(file.to_owned()));
     }
     let folder = file.parent().unwrap_or(Path::new(""));
+    let checked = |panel: Recorded| Ok(Recorded { session: panel.session.checked().map_err(unknown)?, ..panel });
+    let record = Record { panels: record.panels.into_iter().map(checked).collect::<Result<_, AgainError>>()?, ..record };
     let mut panels: Vec<Panel> = vec![];
     for (n, recorded) in record.panels.iter().enumerate() {
         // The same scans are opened once.

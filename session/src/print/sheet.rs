@@ -157,7 +157,7 @@ impl Layout {
         let [left, top, right, bottom] = print.insets_mm();
         let inner = [f64::from(cell[0]) - (left + right) * print.px_per_mm(), f64::from(cell[1]) - (top + bottom) * print.px_per_mm()];
         let has_marks = print.letters || print.bar.is_some() || below > 0.0 || count > 1;
-        if has_marks && inner.iter().any(|px| *px < 8.0) || cell.contains(&0) {
+        if count == 0 || has_marks && inner.iter().any(|px| *px < 8.0) || cell.contains(&0) {
             return Err(PrintError::NoRoom);
         }
         let at = |n: usize| [(n % columns) as u32 * cell[0], (n / columns) as u32 * cell[1]];

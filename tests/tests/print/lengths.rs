@@ -3,6 +3,7 @@
 use super::{ball, drawn, seen, sheet};
 use bregma_renderer::Projection;
 use bregma_session::print::marks::{Place, mm_per_mm};
+use bregma_session::print::shapes::Mark;
 use bregma_session::print::{Bar, Canvas, Panel, Print, PrintError, ratio};
 use bregma_session::views::View;
 
@@ -12,17 +13,22 @@ fn ink_px(canvas: &Canvas, row: usize, columns: std::ops::Range<usize>) -> f64 {
     columns.map(|x| f64::from(1.0 - light[row * canvas.size[0] as usize + x].x)).sum()
 }
 
+/// The bar of scale itself.
+fn bar(canvas: &Canvas) -> &Mark {
+    canvas.marks.iter().find(|mark| mark.words.starts_with("bar of scale")).unwrap()
+}
+
 #[test]
 fn a_bar_of_scale_has_its_length_in_pixels() {
     // Fails if dots, scale or the bar's own length are off by a pixel, or the bar hangs on the skull's size.
     for (dpi, scale, length_mm) in [(300.0, 2.0, 20.0), (600.0, 1.0, 15.0), (150.0, 3.3, 50.0), (72.0, 4.0, 100.0), (1200.0, 0.5, 3.0)] {
-        let bar = Some(Bar { length_mm: Some(length_mm), at_target: false });
-        let mut print = Print { scale: Some(scale), bar, ..sheet([40.0, 30.0], dpi) };
+        let asked = Some(Bar { length_mm: Some(length_mm), at_target: false });
+        let mut print = Print { scale: Some(scale), bar: asked, ..sheet([40.0, 30.0], dpi) };
         // Cleared of all bone, so that nothing else is dark.
         let mut opened = ball();
         opened.scene.layers[0].visible = false;
         let canvas = drawn(&mut [seen(opened, View::Frontalis)], &mut print).unwrap();
-        let bounds = canvas.marks[0].bounds();
+        let bounds = bar(&canvas).bounds();
         let row = ((bounds[0][1] + bounds[1][1]) / 2.0 * canvas.px_per_mm()) as usize;
         let found = ink_px(&canvas, row, 0..canvas.size[0] as usize);
         let wanted = length_mm / scale * dpi / 25.4;
@@ -84,7 +90,7 @@ fn perspective_has_no_scale_and_a_bar_only_where_it_says_so() {
     // As long as it is there: by the angle of the view.
     let Projection::Perspective { fov_deg } = camera.projection else { panic!("scenes open in perspective") };
     let high_mm = 2.0 * (fov_deg / 2.0).to_radians().tan() * camera.eye_mm.distance(camera.target_mm);
-    let bounds = canvas.marks[0].bounds();
+    let bounds = bar(&canvas).bounds();
     let place = Place { at: [0.0; 2], size: canvas.size_mm() };
     assert!((bounds[1][0] - bounds[0][0] - 10.0 * canvas.size_mm()[1] / high_mm).abs() < 1e-6);
     assert!((mm_per_mm(&camera, place) - high_mm / canvas.size_mm()[1]).abs() < 1e-9);
@@ -97,8 +103,8 @@ fn perspective_has_no_scale_and_a_bar_only_where_it_says_so() {
 #[test]
 fn pictures_of_a_plate_have_one_scale_and_one_bar() {
     // Fails if a picture of a plate is drawn at a scale of its own, a label is given twice, or there are several bars.
-    let bar = Some(Bar { length_mm: Some(20.0), at_target: false });
-    let mut print = Print { bar, label: Some("A".into()), columns: Some(2), ..sheet([90.0, 100.0], 100.0) };
+    let asked = Some(Bar { length_mm: Some(20.0), at_target: false });
+    let mut print = Print { bar: asked, label: Some("A".into()), columns: Some(2), ..sheet([90.0, 100.0], 100.0) };
     let mut large = seen(ball(), View::Verticalis);
     // A larger thing sets the scale of all.
     large.opened.scene.layers[0].iso = -3.0;
@@ -113,8 +119,7 @@ fn pictures_of_a_plate_have_one_scale_and_one_bar() {
     assert_eq!(words.iter().filter(|w| ["A", "B", "C"].contains(w)).count(), 3, "{words:?}");
     assert_eq!(words.iter().filter(|w| **w == "20 mm").count(), 1);
     // Its bar holds for each of them.
-    let at = words.iter().position(|w| w.starts_with("bar of scale")).unwrap();
-    let bounds = canvas.marks[at].bounds();
+    let bounds = bar(&canvas).bounds();
     let cell_mm = f64::from(print.size_px[1] / 2) / canvas.px_per_mm();
     assert!((bounds[1][0] - bounds[0][0] - 20.0 * cell_mm / heights[0]).abs() < 1e-9);
     let mut in_perspective = [seen(ball(), View::Frontalis), Panel { aim: None, ..seen(ball(), View::Frontalis) }];

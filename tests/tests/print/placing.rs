@@ -36,7 +36,7 @@ fn letters_stand_where_the_sides_of_the_body_are() {
         let canvas = drawn(&mut panels, &mut print).unwrap();
         let camera = panels[0].opened.scene.camera;
         let place = Place { at: [0.0; 2], size: print.size_mm() };
-        let marks = letters(&camera, place, &print, Tint::on(Some(Color([1.0; 3]))));
+        let marks = letters(&camera, place, 0.0, &print, Tint::on(Some(Color([1.0; 3]))));
         assert_eq!(marks.iter().map(|mark| mark.words.as_str()).collect::<Vec<_>>(), sides, "{view:?}");
         assert!(marks.iter().all(|mark| canvas.marks.contains(mark)));
         let edges = marks.iter().map(|mark| mark.bounds()).collect::<Vec<_>>();
@@ -150,4 +150,31 @@ fn a_caption_says_what_is_shown_and_a_legend_what_colours_mean() {
     // The picture ends where the legend begins: nothing lies over it.
     let lowest = canvas.marks.iter().map(|mark| mark.bounds()[1][1]).fold(0.0, f64::max);
     assert!(lowest < 100.0 && lowest > 90.0, "{lowest}");
+}
+
+#[test]
+fn a_map_is_painted_in_every_point_and_tells_its_colours() {
+    // Fails if a print of a map is drawn without it, its legend has other numbers, or its file claims that it can be drawn again.
+    use bregma_session::thickness::{Order, ThicknessCoat};
+    use bregma_session::thickness_picture::{Colors, Scale};
+    let opened = &*super::DEMO;
+    let order =
+        Order::new(&opened.volumes[0], &opened.scene.layers[0], 0, bregma_measure::thickness::Method::Normal, "skull A, thickness".into());
+    let scale = Scale { colors: Colors::Viridis, ends_mm: [0.0, 16.0] };
+    let coat = std::sync::Arc::new(ThicknessCoat { map: std::sync::Arc::new(order.measure(&Default::default()).unwrap()), scale });
+    let mut painted = opened.clone();
+    painted.scene = bregma_session::coat::white(painted.scene);
+    painted.scene.layers[1].visible = false;
+    painted.scene.background = Some(Color([1.0; 3]));
+    let panel = Panel { opened: painted, coat: Some(coat), ..seen(ball(), View::Frontalis) };
+    let mut print = Print { legend: true, samples: 2, ..sheet([60.0, 70.0], 60.0) };
+    let mut panels = [panel];
+    let canvas = drawn(&mut panels, &mut print).unwrap();
+    let words: Vec<&str> = canvas.marks.iter().map(|mark| mark.words.as_str()).collect();
+    assert!(["skull A, thickness, mm", "0", "4", "16"].iter().all(|w| words.contains(w)), "{words:?}");
+    // Viridis is nowhere grey.
+    let colored = canvas.light.iter().filter(|light| (light.x - light.z).abs() > 0.05).count();
+    assert!(colored > 500, "{colored}");
+    let record = bregma_session::print::record::Record::of(&panels, &print, &Default::default(), "cpu", std::path::Path::new(".")).unwrap();
+    assert!(record.to_string().contains("\"wears_map\":true"));
 }
