@@ -1,6 +1,6 @@
 //! Pictures for paper: their size in millimetres, what is drawn over them, and the files that hold them.
 //!
-//! [`prepare`] aims the cameras of [`Panel`]s for a [`Print`], [`draw`] makes a [`Canvas`] of them, and [`write`] a file, in the form that its name
+//! [`prepare`] aims the cameras of [`Panel`]s for a [`Print`], [`draw`] makes a [`Canvas`] of them, and [`write()`] a file, in the form that its name
 //! asks for. Marks are shapes in millimetres of paper (`shapes`), painted as pixels, or kept as paths in SVG and PDF.
 
 mod beside;
