@@ -11,9 +11,9 @@ mod compare;
 mod date;
 pub mod difference;
 mod difference_order;
-
 pub mod difference_picture;
 pub mod difference_report;
+mod displacement;
 mod frame_rate;
 mod keeping;
 mod kind;
@@ -39,6 +39,7 @@ pub mod volumes;
 pub use bregma_measure::landmarks::{CRANIOMETRIC, Landmark, Template};
 pub use compare::{Compare, Part, compared};
 pub use difference_order::{By as DifferenceBy, Order as DifferenceOrder};
+pub use displacement::Moved;
 pub use frame_rate::{FrameRate, FrameRateError};
 pub use keeping::Made;
 pub use kind::Kind;

@@ -3,6 +3,7 @@
 //!
 //! One pair has several differences, and each is a fair answer to another question; see [`By`].
 
+mod displacement;
 mod errors;
 mod statistics;
 
@@ -13,7 +14,8 @@ use crate::uncertainty::{EndError, Ends, Registered, of_difference};
 use bregma_field::crossings::{self, Kind};
 use bregma_field::interpolant::smooth_normal;
 use bregma_field::{Cancelled, Progress, Ray, Surface, WorldPoint};
-pub use errors::PointErrors;
+pub use displacement::displaced;
+pub use errors::{PointErrors, end_at};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 pub use statistics::{Extreme, Statistics};

@@ -42,7 +42,7 @@ pub struct DifferencesPanel {
 }
 
 /// Each difference, its name, and what it answers.
-const KINDS: [(By, &str, &str); 5] = [
+const KINDS: [(By, &str, &str); 6] = [
     (
         By::Partner,
         "Partners",
@@ -51,6 +51,7 @@ const KINDS: [(By, &str, &str); 5] = [
     (By::Closest, "Closest points", "To the nearest place of any sheet, as CloudCompare and VTK have it"),
     (By::Normal, "Along the normal", "To the first place along the normal that faces the same way"),
     (By::Thickness, "Thickness", "How much thicker the bone is at the partner, each along its own normal"),
+    (By::Displacement, "Displacement", "How far a part, as a jaw or a tooth, moved as a whole: around a landmark on it"),
     (By::Asymmetry, "Asymmetry", "To the first scan's own mirror image"),
 ];
 
@@ -123,10 +124,18 @@ impl DifferencesPanel {
         }
         self.reach(ui, work, pair);
         maps::place(ui, &mut self.patch_mm, work.measured.landmarks.iter().rfind(|l| l.point_mm.is_some()));
-        let is_one = self.by != By::Asymmetry && pair[0] == pair[1];
-        let measures = ui.add_enabled(!is_one, Button::new("Measure the difference")).on_disabled_hover_text("Choose two scans");
+        let order = self.order(work, pair);
+        let lacks = if self.by != By::Asymmetry && pair[0] == pair[1] {
+            Some("Choose two scans")
+        } else if self.by == By::Displacement && order.parts.is_all() {
+            Some("Say which part: set a landmark on it, and choose how far around")
+        } else {
+            None
+        };
+        let measures = ui.add_enabled(lacks.is_none(), Button::new("Measure the difference"));
+        let measures = measures.on_disabled_hover_text(lacks.unwrap_or_default());
         if measures.clicked() {
-            let (opened, order) = (opened.clone(), self.order(work, pair));
+            let opened = opened.clone();
             let work = move |progress: &Progress| measure(&opened, &order, progress).map(|measured| (measured, Origin::of(&opened)));
             self.job = Some(Job::start(ui.ctx(), "Measuring".into(), work));
         }
