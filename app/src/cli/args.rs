@@ -411,8 +411,8 @@ pub struct DifferenceArgs {
     /// Folder to write into; made if it is not there
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// Which difference: to the nearest place that faces the same way, to the nearest of any sheet, along the normal, of the thickness, or to the
-    /// scan's own mirror image
+    /// Which difference: to the nearest place that faces the same way, to the nearest of any sheet, along the normal, of the thickness, how far a
+    /// part (--only) moved as a whole, or to the scan's own mirror image
     #[arg(long, value_parser = one_of::<DifferenceBy>(), default_value = "partner")]
     pub by: DifferenceBy,
     /// What belongs to a point is looked for so far, mm; a twentieth of the scan's radius, rounded up, when absent
