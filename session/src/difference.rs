@@ -1,7 +1,7 @@
 //! How two scans differ over their whole surfaces, or a scan from its own mirror image: what is asked for, and what came of it.
 
 use crate::difference_order::{By, Order, RecordedHalf, Told};
-use crate::displacement::{self, Moved, Scanned};
+use crate::displacement::{self, Moved, PartError, Scanned};
 use crate::measurement::{Origin, RecordedDifference};
 use crate::opened::Opened;
 use bregma_field::{Bounds, Cancelled, Covariance, GridError, Progress, Region, Surface, Volume};
@@ -33,17 +33,9 @@ pub enum DifferenceError {
         /// How many there are.
         open: usize,
     },
-    /// A displacement of everything.
-    #[error("a displacement is that of a part that moved as a whole, and no part is named: say which, as a ball or a box around it")]
-    NoPart,
-    /// A part that the other scan has not.
-    #[error(
-        "the part was not found on the other scan within {reach_mm} mm; choose a longer reach, another part of the surface or other isovalues"
-    )]
-    PartNotFound {
-        /// As far as was looked.
-        reach_mm: f64,
-    },
+    /// A part whose motion is not known.
+    #[error(transparent)]
+    Part(#[from] PartError),
     /// No plane of symmetry.
     #[error(transparent)]
     Orient(#[from] OrientError),

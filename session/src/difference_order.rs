@@ -94,6 +94,14 @@ pub struct Told {
     pub notes: Vec<String>,
 }
 
+impl Told {
+    /// The end of a symmetric range of colours, mm: what 95 % of both areas stay below.
+    pub fn range_mm(&self) -> f64 {
+        let of = |half: &RecordedHalf| half.statistics.as_ref()?["magnitude_95_mm"].as_f64();
+        self.halves.iter().filter_map(of).fold(0.0, f64::max)
+    }
+}
+
 /// The differences on one surface in short.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RecordedHalf {

@@ -197,6 +197,13 @@ impl Coat for DifferenceCoat {
     }
 }
 
+/// The picture alone.
+pub fn without_legend((rgb, width, height): Figure) -> Figure {
+    let narrow = width.saturating_sub(LEGEND);
+    let row = |n: u32| &rgb[(n * width) as usize * 3..][..narrow as usize * 3];
+    ((0..height).flat_map(row).copied().collect(), narrow, height)
+}
+
 /// Width of the legend beside the picture, and height of its bar of colours.
 const LEGEND: u32 = 270;
 const BAR: i32 = 200;

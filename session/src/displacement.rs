@@ -1,7 +1,6 @@
 //! A part of a skull that moved as a whole, as a jaw does or a tooth: the rigid motion that lays it onto the other scan's.
 
-use crate::difference::DifferenceError;
-use bregma_field::{Covariance, Progress, Surface};
+use bregma_field::{Cancelled, Covariance, Progress, Surface};
 use bregma_measure::difference::end_at;
 use bregma_measure::numbers::{fixed, signed};
 use bregma_register::cloud::{Cloud, LEAST_POINTS, Oriented, POINTS};
@@ -9,6 +8,26 @@ use bregma_register::surfaces::Pair;
 use bregma_register::{Part, Parts, sureness};
 use glam::{DAffine3, DQuat, DVec3};
 use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// Why a part's motion is not known.
+#[derive(Debug, Error)]
+pub enum PartError {
+    /// A displacement of everything.
+    #[error("a displacement is that of a part that moved as a whole, and no part is named: say which, as a ball or a box around it")]
+    NoPart,
+    /// A part that the other scan has not.
+    #[error(
+        "the part was not found on the other scan within {reach_mm} mm; choose a longer reach, another part of the surface or other isovalues"
+    )]
+    NotFound {
+        /// As far as was looked.
+        reach_mm: f64,
+    },
+    /// Stopped by request.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
 
 /// How a part moved, from where the scans lie on each other.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -48,14 +67,14 @@ pub struct Scanned<'a> {
 const IN_95_OF_100: f64 = 1.96;
 
 /// How the first surface's `parts` moved to where the second surface has them, which is looked for within `reach_mm`.
-pub fn moved(sides: [&Scanned<'_>; 2], parts: &Parts, reach_mm: f64, progress: &Progress) -> Result<Moved, DifferenceError> {
+pub fn moved(sides: [&Scanned<'_>; 2], parts: &Parts, reach_mm: f64, progress: &Progress) -> Result<Moved, PartError> {
     if parts.is_all() {
-        return Err(DifferenceError::NoPart);
+        return Err(PartError::NoPart);
     }
     let around = Parts { only: parts.only.iter().map(|part: &Part| part.grown(reach_mm)).collect(), but: vec![] };
     let clouds =
         [Cloud::of_parts(sides[0].surface, parts, POINTS, progress)?, Cloud::of_parts(sides[1].surface, &around, POINTS, progress)?];
-    let apart = || DifferenceError::PartNotFound { reach_mm };
+    let apart = || PartError::NotFound { reach_mm };
     if clouds.iter().any(|cloud| cloud.points.len() < LEAST_POINTS) {
         return Err(apart());
     }

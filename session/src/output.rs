@@ -2,7 +2,8 @@
 
 use bregma_field::replace_file;
 use bregma_renderer::Picture;
-use std::io;
+use std::fs::File;
+use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -41,6 +42,15 @@ pub fn write_png(file: &Path, picture: &Picture) -> Result<(), OutputError> {
 /// Writes a figure as PNG, sRGB without alpha: 3 bytes a pixel.
 pub fn write_figure(file: &Path, (rgb, width, height): (Vec<u8>, u32, u32)) -> Result<(), OutputError> {
     write_pixels(file, width, height, png::ColorType::Rgb, &rgb)
+}
+
+/// A figure that [`write_figure`] wrote.
+pub fn read_figure(file: &Path) -> Result<(Vec<u8>, u32, u32), png::DecodingError> {
+    let mut reader = png::Decoder::new(BufReader::new(File::open(file)?)).read_info()?;
+    let mut rgb = vec![0; reader.output_buffer_size().unwrap_or_default()];
+    let info = reader.next_frame(&mut rgb)?;
+    let is_figure = (info.color_type, info.bit_depth) == (png::ColorType::Rgb, png::BitDepth::Eight);
+    if is_figure { Ok((rgb, info.width, info.height)) } else { Err(io::Error::other("it is no figure of this program").into()) }
 }
 
 /// A figure as the bytes of a PNG.

@@ -91,7 +91,7 @@ pub enum Command {
     Thickness(ThicknessArgs),
     /// How two scans differ over their whole surfaces, where, by how much, how sure: pictures, tables, coloured surfaces, a report
     #[command(
-        after_help = "Examples:\n  bregma register a.nrrd b.nrrd --out a-to-b.json\n  bregma difference a.nrrd b.nrrd --transform a-to-b.json --out difference\n  bregma difference a.nrrd b.nrrd --by thickness --only 0,-80,60,40 --out frontal\n  bregma difference skull.nrrd --by asymmetry --range 2 --isolines 0.5 --out sides"
+        after_help = "Examples:\n  bregma register a.nrrd b.nrrd --out a-to-b.json\n  bregma difference a.nrrd b.nrrd --transform a-to-b.json --out difference\n  bregma difference a.nrrd b.nrrd --by thickness --only 0,-80,60,40 --out frontal\n  bregma difference skull.nrrd --by asymmetry --range 2 --isolines 0.5 --out sides\n  bregma difference a.nrrd b.nrrd --by displacement --only 0,-50,-110,45 --out jaw\n  bregma difference mean.nrrd *.nii.gz --each --range 1.5 --out all"
     )]
     Difference(Box<DifferenceArgs>),
     /// Measure the volume of bone, of what two scans share, and of cavities
@@ -415,6 +415,13 @@ pub struct DifferenceArgs {
     /// part (--only) moved as a whole, or to the scan's own mirror image
     #[arg(long, value_parser = one_of::<DifferenceBy>(), default_value = "partner")]
     pub by: DifferenceBy,
+    /// Many scans: each other one against the first, each into a folder of its own in DIR, with one table.csv and one sheet.png; what stands there
+    /// already is not measured again
+    #[arg(long)]
+    pub each: bool,
+    /// The same of all pairs
+    #[arg(long, conflicts_with = "each")]
+    pub all_pairs: bool,
     /// What belongs to a point is looked for so far, mm; a twentieth of the scan's radius, rounded up, when absent
     #[arg(long, value_name = "MM", value_parser = positive)]
     pub reach: Option<f64>,

@@ -118,6 +118,24 @@ pub enum CommandError {
         /// All that were recorded.
         all: usize,
     },
+    /// Pairs without a difference.
+    #[error("{failed} of {all} pairs have no difference; the table says why")]
+    SomePairs {
+        /// Those without.
+        failed: usize,
+        /// All.
+        all: usize,
+    },
+    /// A finished folder that cannot get its name.
+    #[error("{}: cannot be renamed to {} ({reason}); rename it, or free the name and run again", from.display(), to.display())]
+    Move {
+        /// Where it is.
+        from: PathBuf,
+        /// Where it belongs.
+        to: PathBuf,
+        /// What the system says.
+        reason: io::Error,
+    },
     /// Lengths that are others now.
     #[error("{lost} of {all} lengths do not hold; measure them again")]
     Lost {

@@ -47,6 +47,7 @@ fn run(command: &Command, Common { backend, .. }: &Common) -> Result<(), Command
         Command::Probe(args) => commands::probe(args),
         Command::Verify(args) => commands::verify(args),
         Command::Thickness(args) => commands::thickness(args, machine),
+        Command::Difference(args) if args.each || args.all_pairs => commands::differences(args, machine),
         Command::Difference(args) => commands::difference(args, machine),
         Command::Volume(args) => commands::volume(args),
         Command::Orient(args) => commands::orient(args),

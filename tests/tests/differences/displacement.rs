@@ -4,7 +4,7 @@ use super::*;
 use bregma_field::Progress;
 use bregma_register::{Part, Parts};
 use bregma_session::difference::{DifferenceError, Measured, measure};
-use bregma_session::{DifferenceBy, DifferenceOrder, Opened, Source};
+use bregma_session::{DifferenceBy, DifferenceOrder, Opened, PartError, Source};
 use bregma_synthetic::skull::MANDIBLE_SHIFT_MM;
 use bregma_synthetic::{Which, skull};
 use bregma_tests::volume;
@@ -71,9 +71,9 @@ fn parts_without_an_answer_say_so() {
         volume(name, grid.clone(), Samples::F32((0..grid.len()).map(|n| (10.0 - at(n).distance(centre)) as f32).collect()))
     };
     let (a, b) = (ball("a", DVec3::ZERO), ball("b", DVec3::new(1.5, 0.0, 0.0)));
-    assert!(matches!(of_part(&a, &b, 0.0, vec![], None), Err(DifferenceError::NoPart)));
+    assert!(matches!(of_part(&a, &b, 0.0, vec![], None), Err(DifferenceError::Part(PartError::NoPart))));
     let air = Part::Ball { centre_mm: DVec3::splat(17.0), radius_mm: 2.0 };
-    assert!(matches!(of_part(&a, &b, 0.0, vec![air], None), Err(DifferenceError::PartNotFound { .. })));
+    assert!(matches!(of_part(&a, &b, 0.0, vec![air], None), Err(DifferenceError::Part(PartError::NotFound { .. }))));
     let whole = Part::Ball { centre_mm: DVec3::ZERO, radius_mm: 15.0 };
     let found = of_part(&a, &b, 0.0, vec![whole], Some(5.0)).unwrap();
     let moved = found.moved.as_ref().unwrap();
