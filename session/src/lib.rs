@@ -36,6 +36,7 @@ pub mod thickness;
 pub mod thickness_picture;
 mod under;
 pub mod volumes;
+mod volumes_order;
 
 pub use bregma_measure::landmarks::{CRANIOMETRIC, Landmark, Template};
 pub use compare::{Compare, Part, compared};

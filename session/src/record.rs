@@ -2,11 +2,13 @@
 
 use crate::date::now;
 use crate::difference::{self, DifferenceError};
-use crate::measurement::{MeasuredScan, Measurement, Origin, RecordedDifference};
+use crate::measurement::{MeasuredScan, Measurement, Origin, RecordedDifference, RecordedVolumes};
 use crate::opened::{InputError, Opened};
 use crate::source::Source;
+use crate::volumes;
 use bregma_field::{GridError, Progress};
 use bregma_measure::csv::Made;
+use bregma_measure::volumes::VolumesError;
 use bregma_measure::{DifferenceRay, probe, probe_cut};
 use bregma_renderer::Ray;
 use serde::Deserialize;
@@ -96,22 +98,33 @@ pub fn read(file: &Path) -> Result<Vec<Measurement>, RecordError> {
 pub enum Verdict {
     /// It is the same.
     Holds,
-    /// It is another, mm.
+    /// It is another.
     Differs {
         /// As recorded.
-        was_mm: f64,
+        was: f64,
         /// Now.
-        is_mm: f64,
+        is: f64,
     },
     /// There is no such bone any more, or there was none.
     Gone(&'static str),
 }
 
-/// A recorded length judged.
+/// What a recorded number is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unit {
+    /// A length.
+    Mm,
+    /// A volume.
+    Mm3,
+}
+
+/// A recorded length, or volume, judged.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Judged {
     /// Ray, scan and bone.
     pub what: String,
+    /// Its unit.
+    pub unit: Unit,
     /// The judgement.
     pub verdict: Verdict,
 }
@@ -142,6 +155,9 @@ pub enum VerifyError {
     /// A difference that cannot be measured any more.
     #[error(transparent)]
     Difference(#[from] DifferenceError),
+    /// Volumes that are not known any more.
+    #[error(transparent)]
+    Volumes(#[from] VolumesError),
     /// A registration that flattens a scan.
     #[error("{name}: {reason}")]
     Grid {
@@ -154,6 +170,9 @@ pub enum VerifyError {
 
 /// Lengths are the same to this, mm: the last digits depend on how a compiler orders sums.
 const SAME_MM: f64 = 1e-9;
+
+/// Volumes are the same to this part of themselves, for the same reason.
+const SAME_VOLUME: f64 = 1e-9;
 
 /// The scans that were opened last to measure again, so that a file of many rays opens them only once.
 #[derive(Debug, Default)]
@@ -169,6 +188,7 @@ impl Verifier {
         let recorded = match measurement {
             Measurement::Ray(recorded) => recorded,
             Measurement::Difference(recorded) => return self.verify_difference(recorded, folder),
+            Measurement::Volumes(recorded) => return self.verify_volumes(recorded, folder),
             Measurement::Other(_) => return Err(VerifyError::NoOrigin(unnamed())),
         };
         let name = recorded.name.clone().unwrap_or_else(unnamed);
@@ -198,10 +218,28 @@ impl Verifier {
             let verdict = match is {
                 // Sums over as many areas as a surface has points are good to fewer digits than one length.
                 Some(is) if (was_mm - is).abs() <= SAME_MM * (1.0 + was_mm.abs()) => Verdict::Holds,
-                Some(is_mm) => Verdict::Differs { was_mm, is_mm },
+                Some(is_mm) => Verdict::Differs { was: was_mm, is: is_mm },
                 None => Verdict::Gone("there is no such surface now"),
             };
-            Judged { what: format!("{name}, {what}"), verdict }
+            Judged { what: format!("{name}, {what}"), unit: Unit::Mm, verdict }
+        });
+        Ok((judged.collect(), vec![]))
+    }
+
+    /// Measures volumes again.
+    fn verify_volumes(&mut self, recorded: &RecordedVolumes, folder: &Path) -> Result<(Vec<Judged>, Vec<String>), VerifyError> {
+        let origin = recorded.made_by.as_ref().ok_or_else(|| VerifyError::NoOrigin("the record of volumes".into()))?;
+        let opened = self.open(origin, folder)?;
+        let found = volumes::measure(opened, &recorded.volumes_of, &Progress::default())?;
+        let now = found.measures();
+        let judged = recorded.volumes_mm3().into_iter().enumerate().map(|(n, (what, was))| {
+            let verdict = match now.get(n).map(|(measure, _)| measure.volume_mm3) {
+                // A volume of nothing is rounding: the cubic micrometre is far below what any scan shows.
+                Some(is) if (is - was).abs() <= SAME_VOLUME * was.abs().max(1.0) => Verdict::Holds,
+                Some(is) => Verdict::Differs { was, is },
+                None => Verdict::Gone("there is no such volume now"),
+            };
+            Judged { what, unit: Unit::Mm3, verdict }
         });
         Ok((judged.collect(), vec![]))
     }
@@ -246,12 +284,12 @@ fn judge(name: &str, recorded: &[Vec<Option<f64>>], now: &DifferenceRay) -> Vec<
         for k in 0..lengths.len().max(segments.len()) {
             let verdict = match (lengths.get(k), segments.get(k)) {
                 (Some(Some(was)), Some(is)) if (was - is.length_mm).abs() <= SAME_MM => Verdict::Holds,
-                (Some(Some(was)), Some(is)) => Verdict::Differs { was_mm: *was, is_mm: is.length_mm },
+                (Some(Some(was)), Some(is)) => Verdict::Differs { was: *was, is: is.length_mm },
                 (Some(Some(_)), None) => Verdict::Gone("there is no such bone now"),
                 (Some(None), _) => Verdict::Gone("its recorded length is no number"),
                 (None, _) => Verdict::Gone("this bone was not recorded"),
             };
-            judged.push(Judged { what: format!("{name}, {scan}, bone {}{as_cut}", k + 1), verdict });
+            judged.push(Judged { what: format!("{name}, {scan}, bone {}{as_cut}", k + 1), unit: Unit::Mm, verdict });
         }
     }
     judged

@@ -15,7 +15,6 @@ use bregma_session::presets::PresetError;
 use bregma_session::record::{RecordError, VerifyError};
 use bregma_session::register::RegisterError;
 use bregma_session::save::SaveError;
-use bregma_session::volumes::AgainError;
 use std::io;
 use std::path::PathBuf;
 use thiserror::Error;
@@ -107,9 +106,6 @@ pub enum CommandError {
     /// Volumes that are not known.
     #[error(transparent)]
     Volumes(#[from] VolumesError),
-    /// Volumes that cannot be measured again.
-    #[error(transparent)]
-    Again(#[from] AgainError),
     /// Volumes that are others now.
     #[error("{lost} of {all} volumes do not hold; measure them again")]
     LostVolumes {

@@ -197,6 +197,11 @@ impl Workstation {
         &self.bench.work.opened.poses
     }
 
+    /// What was measured beside rays, as it is kept.
+    pub fn measurements(&self) -> &[bregma_session::Measurement] {
+        &self.bench.work.opened.measurements
+    }
+
     /// The landmarks that were set.
     pub fn landmarks(&self) -> &[bregma_session::Landmark] {
         &self.bench.work.measured.landmarks

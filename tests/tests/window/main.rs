@@ -26,6 +26,7 @@ mod sheet;
 mod slices;
 mod stage;
 mod tasks;
+mod volumes;
 
 use bregma::window::{Preferences, Start, Workstation};
 use bregma_renderer::Mode;

@@ -29,6 +29,7 @@ mod thickness;
 mod transfer_editor;
 mod two_poses;
 mod upright;
+mod volumes;
 
 use super::bench::{BRING_TOGETHER, Bench};
 use super::dock::{Dock, Side};
@@ -50,6 +51,7 @@ use scan::ScanPanel;
 use std::sync::Arc;
 use thickness::ThicknessPanel;
 use upright::UprightPanel;
+use volumes::VolumesPanel;
 
 /// What panels keep from frame to frame.
 #[derive(Default)]
@@ -69,6 +71,7 @@ pub struct Panels {
     pub thickness: ThicknessPanel,
     /// The map of differences.
     pub differences: DifferencesPanel,
+    volumes: VolumesPanel,
     register: RegisterPanel,
     /// How one scan is held.
     upright: UprightPanel,
@@ -89,6 +92,7 @@ enum Tab {
     Landmarks,
     Thickness,
     Differences,
+    Volumes,
     Register,
 }
 
@@ -133,7 +137,7 @@ const PLAIN: Panel =
 
 const NONE: Modifiers = Modifiers::NONE;
 
-const PANELS: [Panel; 16] = [
+const PANELS: [Panel; 17] = [
     Panel {
         place: Place::Left,
         show: |p, bench, ui| {
@@ -189,6 +193,13 @@ const PANELS: [Panel; 16] = [
         poll: |p, bench| p.differences.poll(bench),
         show: |p, bench, ui| p.differences.show(ui, bench),
         painting: |p, work| p.differences.painting(work),
+        ..PLAIN
+    },
+    Panel {
+        place: Place::Right(Tab::Volumes, "Volumes"),
+        commands: &[Command::new(Menu::Measure, "Volumes…", &[], |p, _, _| p.open(Tab::Volumes))],
+        poll: |p, bench| p.volumes.poll(bench),
+        show: |p, bench, ui| p.volumes.show(ui, bench),
         ..PLAIN
     },
     Panel {
