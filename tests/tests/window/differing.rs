@@ -66,11 +66,11 @@ fn a_map_of_differences_is_measured_painted_and_leads_to_rays() {
 }
 
 /// The demo pair of few samples, as files.
-fn small_pair(name: &str) -> Vec<Source> {
+pub fn small_pair(name: &str, size: usize) -> Vec<Source> {
     [Which::A, Which::B]
         .map(|which| {
             let file = std::env::temp_dir().join(format!("bregma-window-{}-{name}-{which:?}.nrrd", std::process::id()));
-            formats::write(&file, &skull(which, 64, &Progress::default()).unwrap(), &Progress::default()).unwrap();
+            formats::write(&file, &skull(which, size, &Progress::default()).unwrap(), &Progress::default()).unwrap();
             Source { file, ..Source::default() }
         })
         .to_vec()
@@ -79,7 +79,7 @@ fn small_pair(name: &str) -> Vec<Source> {
 #[test]
 fn a_map_leads_from_a_ray_to_its_partner_its_legend_is_drawn_by_hand_and_slices_wear_it() {
     // Fails if what belongs to a place cannot be reached from it, a hand on the legend does nothing, or slices stay as they were.
-    let mut window = open(Start::Files(small_pair("worn")));
+    let mut window = open(Start::Files(small_pair("worn", 64)));
     wait(&mut window, "the pair", |w| !w.is_loading());
     settle(&mut window);
     command(&mut window, "Differences");
