@@ -60,11 +60,15 @@ pub struct Map {
     common: [EndError; 2],
 }
 
-/// One vertex's.
-struct Found {
-    mm: f64,
-    partner: DVec3,
-    ends: [Vec<EndError>; 2],
+/// One point's.
+pub(crate) struct Found {
+    /// Of the other against the own surface.
+    pub mm: f64,
+    /// What belongs to the point, and the outward unit normal there.
+    pub partner: DVec3,
+    pub normal: DVec3,
+    /// Of the own, then of the other surface.
+    pub ends: [Vec<EndError>; 2],
 }
 
 /// Vertices that are looked at one after the other, each with its neighbour's partner as a hint.
@@ -94,7 +98,8 @@ pub fn map(first: Side<'_>, second: Side<'_>, on_first: bool, asked: Asked<'_>, 
         progress.advance((to - from) as u64)?;
         let (mut map, mut hint, mut ends, mut area_mm2) = (Map::default(), None, [vec![], vec![]], 0.0);
         for n in from..to {
-            let found = if asked.at[n] { at(own, other, n, asked, &mut hint) } else { None };
+            let place = [own.mesh.vertices[n], own.mesh.normals[n]];
+            let found = if asked.at[n] { at(own, other, place, asked.by, asked.reach_mm, &mut hint) } else { None };
             // From here on the first scan's come first.
             let found = found.map(|f| if on_first { f } else { f.turned() });
             if let Some(found) = &found {
@@ -128,7 +133,7 @@ impl Found {
 
 impl Map {
     fn push(&mut self, found: Option<Found>, registered: [Registered<'_>; 2]) {
-        let Some(Found { mm, partner, ends }) = found else {
+        let Some(Found { mm, partner, ends, .. }) = found else {
             self.values_mm.push(f32::NAN);
             self.errors_mm.push(f32::NAN);
             self.partners_mm.push(Vec3::NAN);
@@ -146,10 +151,15 @@ impl Map {
     }
 }
 
-/// What `other` has to vertex `n` of `own`: positive where `other` stands out. `hint` is the last partner.
-fn at(own: Side<'_>, other: Side<'_>, n: usize, asked: Asked<'_>, hint: &mut Option<Partner>) -> Option<Found> {
-    let Asked { by, reach_mm, .. } = asked;
-    let (point, normal) = (own.mesh.vertices[n], own.mesh.normals[n]);
+/// What `other` has to a point of `own` with its outward unit normal: positive where `other` stands out. `hint` is the last partner.
+pub(crate) fn at(
+    own: Side<'_>,
+    other: Side<'_>,
+    [point, normal]: [DVec3; 2],
+    by: By,
+    reach_mm: f64,
+    hint: &mut Option<Partner>,
+) -> Option<Found> {
     let is_in_other = other.partners.holds(WorldPoint(point))?;
     let partner = match by {
         By::Partner | By::Thickness => other.partners.facing(WorldPoint(point), normal, reach_mm, hint.as_ref())?,
@@ -162,7 +172,7 @@ fn at(own: Side<'_>, other: Side<'_>, n: usize, asked: Asked<'_>, hint: &mut Opt
     let end_of = |side: Side<'_>, point: DVec3, normal: DVec3| side.errors.at(point, normal, -normal, 1.0);
     if by == By::Thickness {
         let [(own_mm, own_ends), (other_mm, other_ends)] = [wall(own, point, normal)?, wall(other, there, there_normal)?];
-        return Some(Found { mm: other_mm - own_mm, partner: there, ends: [own_ends, other_ends] });
+        return Some(Found { mm: other_mm - own_mm, partner: there, normal: there_normal, ends: [own_ends, other_ends] });
     }
     let mm = if partner.distance_mm == 0.0 {
         0.0
@@ -172,11 +182,11 @@ fn at(own: Side<'_>, other: Side<'_>, n: usize, asked: Asked<'_>, hint: &mut Opt
         -partner.distance_mm
     };
     let ends = [end_of(own, point, normal), end_of(other, there, there_normal)].map(|end| vec![end]);
-    Some(Found { mm, partner: there, ends })
+    Some(Found { mm, partner: there, normal: there_normal, ends })
 }
 
 /// The thickness of the wall behind a point, mm, and what is known of its two ends; `None` where the scan's box cuts it.
-fn wall(side: Side<'_>, point: DVec3, normal: DVec3) -> Option<(f64, Vec<EndError>)> {
+pub(crate) fn wall(side: Side<'_>, point: DVec3, normal: DVec3) -> Option<(f64, Vec<EndError>)> {
     let (mm, end) = inward(side.surface, point, normal)?;
     if end.clipped {
         return None;
