@@ -1,6 +1,7 @@
 //! What was measured, as sessions and exports keep it: with what it was measured on, so that anyone can measure it again.
 
 use crate::difference_order::{RecordedHalf, Told};
+use crate::section_order;
 use crate::source::Source;
 use bregma_field::WorldPoint;
 use bregma_measure::DifferenceRay;
@@ -19,6 +20,8 @@ pub enum Measurement {
     Ray(Box<RecordedRay>),
     /// How two surfaces differ.
     Difference(Box<RecordedDifference>),
+    /// Thickness and differences along a curve.
+    Section(Box<RecordedSection>),
     /// What this version does not know: it is kept as it was read.
     Other(Value),
 }
@@ -65,6 +68,16 @@ impl RecordedDifference {
         };
         self.difference.halves.iter().flat_map(of).chain([("largest".to_owned(), self.difference.largest_mm)]).collect()
     }
+}
+
+/// A section as sessions and exports keep it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RecordedSection {
+    /// What was asked for and found.
+    pub section: section_order::Told,
+    /// What it was made by and on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub made_by: Option<Origin>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -170,6 +183,7 @@ impl Serialize for Measurement {
         match self {
             Self::Ray(ray) => serde_json::to_value(ray).map_err(Error::custom)?.serialize(serializer),
             Self::Difference(difference) => serde_json::to_value(difference).map_err(Error::custom)?.serialize(serializer),
+            Self::Section(section) => serde_json::to_value(section).map_err(Error::custom)?.serialize(serializer),
             Self::Other(value) => value.serialize(serializer),
         }
     }

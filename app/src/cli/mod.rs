@@ -48,6 +48,7 @@ fn run(command: &Command, Common { backend, .. }: &Common) -> Result<(), Command
         Command::Verify(args) => commands::verify(args),
         Command::Thickness(args) => commands::thickness(args, machine),
         Command::Difference(args) => commands::difference(args, machine),
+        Command::Section(args) => commands::section(args),
         Command::Volume(args) => commands::volume(args),
         Command::Orient(args) => commands::orient(args),
         Command::Register(args) => commands::register(args),

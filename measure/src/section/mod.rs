@@ -15,6 +15,7 @@ mod cells;
 mod curve;
 mod path;
 mod plane;
+mod table;
 mod trace;
 
 use crate::difference::{By, Side, at, wall};
@@ -25,6 +26,7 @@ use bregma_field::{Cancelled, Progress, Surface, WorldPoint};
 use glam::DVec3;
 pub use path::{LANDMARK_MM, Line, Named, Path};
 pub use plane::Plane;
+pub use table::csv;
 use rayon::prelude::*;
 use serde::{Deserialize, Deserializer, Serialize};
 use thiserror::Error;

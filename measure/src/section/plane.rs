@@ -13,7 +13,7 @@ pub struct Plane {
     pub normal: DVec3,
 }
 
-/// Points nearer than that to a line, as a part of the distance of its ends, span no plane: no one could pick them so.
+/// The sine of the least angle between a line and a normal that span a plane: no one picks points so that it is less.
 const ON_A_LINE: f64 = 1e-3;
 
 impl Plane {
@@ -21,13 +21,6 @@ impl Plane {
     pub fn new(point_mm: DVec3, normal: DVec3) -> Option<Self> {
         let normal = normal.try_normalize().filter(|_| point_mm.is_finite())?;
         Some(Self { point_mm, normal })
-    }
-
-    /// Through three points; `None` where they lie on a line.
-    pub fn through([a, b, c]: [DVec3; 3]) -> Option<Self> {
-        let across = (b - a).cross(c - a);
-        let longest = (b - a).length_squared().max((c - a).length_squared()).max((c - b).length_squared());
-        if across.length() > ON_A_LINE * longest { Self::new(a, across) } else { None }
     }
 
     /// The profile plane of two points of a surface: it holds both and the mean of the outward unit normals there. `None` where that mean lies along

@@ -1,0 +1,161 @@
+//! A section as a figure: the thickness of each scan along the curve, and below it how they differ, each with its ± as a band.
+
+use super::fonts::{FONT, PNG_SCALE, fonts};
+use crate::section_order::{Column, Told};
+use bregma_measure::numbers::fixed;
+use bregma_measure::section::Station;
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use std::error::Error;
+
+/// Width of the figure, and height of the panel of thicknesses and of that of differences, in its own units.
+const SIZE: (u32, u32, u32) = (1100, 460, 260);
+
+/// Colours of Okabe and Ito (2008), which the colour-blind tell apart: of the first and the second scan, and of both differences.
+pub const COLORS: [[u8; 3]; 4] = [[0, 114, 178], [213, 94, 0], [0, 0, 0], [0, 158, 115]];
+
+/// A stretch of a curve without gaps: places along it, mm, each with its number and its ±, mm.
+pub type Run = Vec<[f64; 3]>;
+
+/// What of a section is drawn of one column; a station without a number is a gap, and a ± without bound is none that could be drawn.
+pub fn runs(stations: &[Station], (_, of): &Column) -> Vec<Run> {
+    let all: Vec<Option<[f64; 3]>> = stations.iter().map(|s| of(s).map(|length| [s.along_mm, length.mm, length.error_mm])).collect();
+    let known = |run: &[Option<[f64; 3]>]| run.iter().flatten().copied().collect::<Run>();
+    all.split(Option::is_none).filter(|run| !run.is_empty()).map(known).collect()
+}
+
+/// The outline of a run's band: along its upper side and back along its lower one.
+pub fn band(run: &Run) -> Vec<(f64, f64)> {
+    let side = |sign: f64| run.iter().map(move |[x, y, error]| (*x, y + sign * if error.is_finite() { *error } else { 0.0 }));
+    side(1.0).chain(side(-1.0).rev()).collect()
+}
+
+/// The figure as SVG.
+pub fn svg(told: &Told) -> Result<String, Box<dyn Error>> {
+    fonts();
+    let mut text = String::new();
+    draw(&SVGBackend::with_string(&mut text, size(told)).into_drawing_area(), told, 1)?;
+    Ok(text)
+}
+
+/// The figure as RGB pixels, row by row, with its width and height.
+pub fn pixels(told: &Told) -> Result<(Vec<u8>, u32, u32), Box<dyn Error>> {
+    fonts();
+    let (width, height) = size(told);
+    let (width, height) = (width * PNG_SCALE, height * PNG_SCALE);
+    let mut rgb = vec![0; (width * height * 3) as usize];
+    draw(&BitMapBackend::with_buffer(&mut rgb, (width, height)).into_drawing_area(), told, PNG_SCALE as i32)?;
+    Ok((rgb, width, height))
+}
+
+fn size(told: &Told) -> (u32, u32) {
+    (SIZE.0, if told.differences().is_empty() { SIZE.1 } else { SIZE.1 + SIZE.2 })
+}
+
+/// One panel.
+struct Panel<'a> {
+    told: &'a Told,
+    columns: Vec<Column>,
+    /// The colour of the first column.
+    first_color: usize,
+    /// What is charted upward, mm.
+    what: &'static str,
+    /// Numbers may be of either sign, and the axis shows where none is.
+    is_signed: bool,
+    /// Names of landmarks and what is along the curve stand at this one.
+    has_names: bool,
+    scale: i32,
+}
+
+fn draw<DB: DrawingBackend>(root: &DrawingArea<DB, Shift>, told: &Told, scale: i32) -> Result<(), Box<dyn Error>>
+where
+    DB::ErrorType: 'static,
+{
+    root.fill(&WHITE)?;
+    let panel = |columns, first_color, what, is_signed, has_names| Panel { told, columns, first_color, what, is_signed, has_names, scale };
+    let (above, below) = root.split_vertically(SIZE.1 as i32 * scale);
+    panel(told.thicknesses(), 0, "thickness, mm", false, true).draw(&above)?;
+    if !told.differences().is_empty() {
+        panel(told.differences(), 2, "difference, mm", true, false).draw(&below)?;
+    }
+    root.present()?;
+    Ok(())
+}
+
+impl Panel<'_> {
+    /// The lowest and the highest number that its axis has to show.
+    fn ends(&self) -> (f64, f64) {
+        let bands = self.columns.iter().flat_map(|column| runs(&self.told.stations, column)).flat_map(|run| band(&run));
+        let (low, high) = bands.map(|(_, y)| y).fold((0.0_f64, 0.0_f64), |(low, high), y| (low.min(y), high.max(y)));
+        let room = 0.06 * (high - low).max(0.1);
+        (if self.is_signed { low - room } else { low }, high + room)
+    }
+
+    fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Result<(), Box<dyn Error>>
+    where
+        DB::ErrorType: 'static,
+    {
+        let (scale, length_mm) = (self.scale, self.told.length_mm.max(self.told.order.step_mm));
+        let (low, high) = self.ends();
+        let font = |size: i32| (FONT, size * scale).into_font();
+        // Names of landmarks stand above the panel.
+        let mut chart = ChartBuilder::on(area)
+            .margin(12 * scale)
+            .margin_top(if self.has_names { 34 * scale } else { 6 * scale })
+            .x_label_area_size(46 * scale)
+            .y_label_area_size(64 * scale)
+            .build_cartesian_2d(0.0..length_mm, low..high)?;
+        let number = |v: &f64| fixed(*v, if high - low < 2.0 { 2 } else { 1 });
+        chart
+            .configure_mesh()
+            .x_desc("mm along the curve")
+            .y_desc(self.what)
+            .x_label_formatter(&|v| fixed(*v, 0))
+            .y_label_formatter(&number)
+            .label_style(font(15))
+            .axis_desc_style(font(16))
+            .bold_line_style(BLACK.mix(0.14))
+            .light_line_style(TRANSPARENT)
+            .draw()?;
+        if self.is_signed {
+            chart.draw_series(LineSeries::new([(0.0, 0.0), (length_mm, 0.0)], BLACK.mix(0.6)))?;
+        }
+        let mut room_from = i32::MIN;
+        for mark in &self.told.marks {
+            chart.draw_series(DashedLineSeries::new(
+                [(mark.along_mm, low), (mark.along_mm, high)],
+                4 * scale,
+                4 * scale,
+                BLACK.mix(0.5).stroke_width(scale as u32),
+            ))?;
+            let (x, y) = chart.backend_coord(&(mark.along_mm, high));
+            // Letters of this font are about 0.52 of their height wide; a name that would cover the one before it is left out.
+            let width = (mark.name.chars().count() as f64 * 0.52 * f64::from(15 * scale)) as i32;
+            let right = SIZE.0 as i32 * scale - width - 4 * scale;
+            let left = (x - width / 2).clamp(0, right.max(0));
+            if self.has_names && left > room_from {
+                let origin = area.get_base_pixel();
+                area.draw(&Text::new(mark.name.clone(), (left - origin.0, y - origin.1 - 20 * scale), font(15)))?;
+                room_from = left + width + 6 * scale;
+            }
+        }
+        for (column, color) in self.columns.iter().zip(COLORS.iter().skip(self.first_color)) {
+            let color = RGBColor(color[0], color[1], color[2]);
+            let all = runs(&self.told.stations, column);
+            chart.draw_series(all.iter().map(|run| Polygon::new(band(run), color.mix(0.22))))?;
+            let line = |run: &Run| PathElement::new(run.iter().map(|[x, y, _]| (*x, *y)).collect::<Vec<_>>(), color.stroke_width(2 * scale as u32));
+            let key = move |(x, y)| PathElement::new(vec![(x, y), (x + 22 * scale, y)], color.stroke_width(3 * scale as u32));
+            chart.draw_series(all.iter().map(line))?.label(column.0.clone()).legend(key);
+        }
+        chart
+            .configure_series_labels()
+            .position(SeriesLabelPosition::UpperRight)
+            .margin(8 * scale)
+            .legend_area_size(30 * scale)
+            .label_font(font(15))
+            .background_style(WHITE.mix(0.8))
+            .border_style(BLACK.mix(0.3))
+            .draw()?;
+        Ok(())
+    }
+}
