@@ -135,13 +135,7 @@ pub fn difference(file: &Path, coat: &DifferenceCoat, made_by: Option<&Origin>, 
 }
 
 /// Saves a section: its chart as PNG or SVG, its table in a style, or its record.
-pub fn section(
-    file: &Path,
-    measured: &Measured,
-    made: &Made,
-    made_by: Option<&Origin>,
-    style: TableStyle,
-) -> Result<(), SaveError> {
+pub fn section(file: &Path, measured: &Measured, made: &Made, made_by: Option<&Origin>, style: TableStyle) -> Result<(), SaveError> {
     let name = lower_name(file);
     let unplotted = |reason| SaveError::Chart { file: file.to_owned(), reason };
     if name.ends_with(".png") {

@@ -162,7 +162,9 @@ fn what_cannot_be_a_section_says_why() {
     let of = |landmarks: Vec<Named>| line(&surface, &Path::Profile { landmarks }).unwrap_err();
     let (left, right) = (named("left", top(-9.0)), named("right", top(9.0)));
     assert_eq!(of(vec![left.clone(), right.clone()]), SectionError::Apart { from: "left".into(), to: "right".into() });
-    assert!(matches!(of(vec![left.clone(), named("high", top(9.0) + 4.0 * DVec3::Z)]), SectionError::Far { name, off_mm } if name == "high" && (off_mm - 4.0).abs() < 0.02));
+    assert!(
+        matches!(of(vec![left.clone(), named("high", top(9.0) + 4.0 * DVec3::Z)]), SectionError::Far { name, off_mm } if name == "high" && (off_mm - 4.0).abs() < 0.02)
+    );
     assert_eq!(of(vec![left.clone()]), SectionError::Few(1));
     assert!(matches!(of(vec![left.clone(), left.clone()]), SectionError::NoPlane(_)));
     let beside = Plane::new(DVec3::new(0.0, 7.0, 0.0), DVec3::Y).unwrap();
@@ -176,7 +178,10 @@ fn what_cannot_be_a_section_says_why() {
 #[test]
 fn a_curve_that_runs_out_of_the_scan_ends_there_and_says_so() {
     // Fails if it is closed along the box, or goes on beyond it.
-    let surface = surface(Shell { centre: DVec3::new(0.0, 0.0, -4.0), inner_mm: 2.0, outer_mm: 10.0 }.volume(&grid([61, 61, 17], [0.5; 3], DMat3::IDENTITY)), 0.0);
+    let surface = surface(
+        Shell { centre: DVec3::new(0.0, 0.0, -4.0), inner_mm: 2.0, outer_mm: 10.0 }.volume(&grid([61, 61, 17], [0.5; 3], DMat3::IDENTITY)),
+        0.0,
+    );
     let line = line(&surface, &whole(Plane::new(DVec3::ZERO, DVec3::X).unwrap())).unwrap();
     let [from, to] = [0.0, line.length_mm()].map(|mm| line.at(mm).unwrap().0);
     // From where the circle leaves the top of the scan, z = 4, to where the scan begins, z = −4.
@@ -190,7 +195,9 @@ fn a_curve_that_runs_out_of_the_scan_ends_there_and_says_so() {
 fn of_the_curves_of_a_plane_the_seeds_is_taken_or_else_the_longest_outer_one() {
     // Fails if a longer curve within another one is taken, or a seed is not heeded.
     let rough = |p: DVec3| 10.0 + 2.5 * (12.0 * p.y.atan2(p.x)).sin();
-    let hollow = sampled("hollow", &grid([81, 81, 9], [0.5; 3], DMat3::IDENTITY), |p| (16.0 - p.truncate().length()).min(p.truncate().length() - rough(p)));
+    let hollow = sampled("hollow", &grid([81, 81, 9], [0.5; 3], DMat3::IDENTITY), |p| {
+        (16.0 - p.truncate().length()).min(p.truncate().length() - rough(p))
+    });
     let surface = surface(hollow, 0.0);
     let plane = Plane::new(DVec3::ZERO, DVec3::Z).unwrap();
     let outer = line(&surface, &whole(plane)).unwrap();

@@ -82,9 +82,16 @@ fn in_cell(plane: &InPlane<'_>, cell: USizeVec3, found: &mut Vec<Link>) {
     }
     let (mut entries, mut exits) = (vec![], vec![]);
     for face in 0..6 {
-        roots_of_face(plane, cell, face, &f, &sides, |node, at, is_entry| {
-            if is_entry { entries.push((node, at)) } else { exits.push((node, at)) }
-        });
+        roots_of_face(
+            plane,
+            cell,
+            face,
+            &f,
+            &sides,
+            |node, at, is_entry| {
+                if is_entry { entries.push((node, at)) } else { exits.push((node, at)) }
+            },
+        );
     }
     for (node, at) in entries {
         let Some(exit) = InCell::of(plane, cell).exit_of(at, &exits) else { break };

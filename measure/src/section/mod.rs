@@ -26,9 +26,9 @@ use bregma_field::{Cancelled, Progress, Surface, WorldPoint};
 use glam::DVec3;
 pub use path::{LANDMARK_MM, Line, Named, Path};
 pub use plane::Plane;
-pub use table::csv;
 use rayon::prelude::*;
 use serde::{Deserialize, Deserializer, Serialize};
+pub use table::csv;
 use thiserror::Error;
 
 /// Why there is no section.
@@ -49,7 +49,9 @@ pub enum SectionError {
     #[error("{0} span no plane with the surface there; choose other landmarks, or say the plane")]
     NoPlane(String),
     /// Two landmarks on two curves.
-    #[error("{from} and {to} do not lie on one curve of the surface in their plane, as where one lies on the inner side of the bone or a gap is between them; choose a landmark between them, or another isovalue")]
+    #[error(
+        "{from} and {to} do not lie on one curve of the surface in their plane, as where one lies on the inner side of the bone or a gap is between them; choose a landmark between them, or another isovalue"
+    )]
     Apart {
         /// The first landmark.
         from: String,

@@ -122,11 +122,7 @@ fn between(curves: &[Curve<'_>], curve: usize, from_mm: f64, to_mm: f64) -> Arc 
     }
     let ahead = (to_mm - from_mm).rem_euclid(whole.length_mm);
     let back = whole.length_mm - ahead;
-    if ahead <= back {
-        Arc { curve, from_mm, sense: 1.0, length_mm: ahead }
-    } else {
-        Arc { curve, from_mm, sense: -1.0, length_mm: back }
-    }
+    if ahead <= back { Arc { curve, from_mm, sense: 1.0, length_mm: ahead } } else { Arc { curve, from_mm, sense: -1.0, length_mm: back } }
 }
 
 fn two_or_more(landmarks: &[Named]) -> Result<(), SectionError> {
@@ -139,12 +135,7 @@ fn off_note(name: &str, off_mm: f64, of: &str) -> Option<String> {
     (off_mm > 0.1).then(|| format!("{name} lies {} mm from the {of}; its nearest place there is taken", fixed(off_mm, 2)))
 }
 
-fn profile<'a>(
-    surface: &'a Surface,
-    partners: &Partners<'a>,
-    landmarks: &[Named],
-    progress: &Progress,
-) -> Result<Line<'a>, SectionError> {
+fn profile<'a>(surface: &'a Surface, partners: &Partners<'a>, landmarks: &[Named], progress: &Progress) -> Result<Line<'a>, SectionError> {
     two_or_more(landmarks)?;
     let mut line = Line { curves: vec![], arcs: vec![], marks: vec![], is_closed: false, notes: vec![] };
     let mut feet = vec![];
@@ -244,7 +235,8 @@ fn whole<'a>(plane: InPlane<'a>, seed: Option<&Named>, landmarks: &[Named], prog
     // Where nothing says, a closed curve begins at its front, or at its top where the plane faces the front.
     let front = Some(plane.direction(DVec3::NEG_Y)).filter(|front| front.length() > 0.1).unwrap_or(plane.direction(DVec3::Z));
     let from_mm = if curve.is_closed { first.unwrap_or_else(|| curve.farthest(front)) } else { 0.0 };
-    let is_marked = |l: &&Named| landmarks.iter().chain(seed).find(|other| other.name == l.name).is_some_and(|other| std::ptr::eq(other, *l));
+    let is_marked =
+        |l: &&Named| landmarks.iter().chain(seed).find(|other| other.name == l.name).is_some_and(|other| std::ptr::eq(other, *l));
     for landmark in landmarks.iter().chain(seed).filter(is_marked) {
         let name = landmark.name.clone();
         match on_curve(landmark) {

@@ -48,12 +48,7 @@ pub fn csv(stations: &[Station], marks: &[Mark], names: &[String], notes: &[Stri
         ("date", made.date.clone()),
     ];
     let of_mark = |mark: &Mark| {
-        vec![
-            ("kind", "landmark".to_owned()),
-            ("landmark", mark.name.clone()),
-            ("along_mm", mm(mark.along_mm)),
-            ("off_mm", mm(mark.off_mm)),
-        ]
+        vec![("kind", "landmark".to_owned()), ("landmark", mark.name.clone()), ("along_mm", mm(mark.along_mm)), ("off_mm", mm(mark.off_mm))]
     };
     let rows = marks.iter().map(of_mark).chain(stations.iter().map(of_station));
     let head = line(&COLUMNS, &COLUMNS.map(|column| (column, column.to_owned())));

@@ -5,6 +5,7 @@ use crate::section_order::{Column, Told};
 use bregma_measure::numbers::fixed;
 use bregma_measure::section::Station;
 use plotters::coord::Shift;
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use std::error::Error;
 
@@ -52,6 +53,8 @@ fn size(told: &Told) -> (u32, u32) {
     (SIZE.0, if told.differences().is_empty() { SIZE.1 } else { SIZE.1 + SIZE.2 })
 }
 
+type Chart<'a, DB> = ChartContext<'a, DB, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+
 /// One panel.
 struct Panel<'a> {
     told: &'a Told,
@@ -91,6 +94,11 @@ impl Panel<'_> {
         (if self.is_signed { low - room } else { low }, high + room)
     }
 
+    /// Of a text, in pixels: letters of this font are about 0.52 of their height wide.
+    fn width(&self, text: &str) -> i32 {
+        (text.chars().count() as f64 * 0.52 * f64::from(15 * self.scale)) as i32
+    }
+
     fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>) -> Result<(), Box<dyn Error>>
     where
         DB::ErrorType: 'static,
@@ -98,10 +106,10 @@ impl Panel<'_> {
         let (scale, length_mm) = (self.scale, self.told.length_mm.max(self.told.order.step_mm));
         let (low, high) = self.ends();
         let font = |size: i32| (FONT, size * scale).into_font();
-        // Names of landmarks stand above the panel.
+        // Above the panel stand what its lines are and the names of landmarks.
         let mut chart = ChartBuilder::on(area)
             .margin(12 * scale)
-            .margin_top(if self.has_names { 34 * scale } else { 6 * scale })
+            .margin_top(if self.has_names { 56 * scale } else { 34 * scale })
             .x_label_area_size(46 * scale)
             .y_label_area_size(64 * scale)
             .build_cartesian_2d(0.0..length_mm, low..high)?;
@@ -120,6 +128,21 @@ impl Panel<'_> {
         if self.is_signed {
             chart.draw_series(LineSeries::new([(0.0, 0.0), (length_mm, 0.0)], BLACK.mix(0.6)))?;
         }
+        self.marks(area, &mut chart, [low, high])?;
+        self.lines(area, &mut chart)
+    }
+
+    /// Landmarks, by their names where those leave room for each other.
+    fn marks<DB: DrawingBackend>(
+        &self,
+        area: &DrawingArea<DB, Shift>,
+        chart: &mut Chart<'_, DB>,
+        [low, high]: [f64; 2],
+    ) -> Result<(), Box<dyn Error>>
+    where
+        DB::ErrorType: 'static,
+    {
+        let scale = self.scale;
         let mut room_from = i32::MIN;
         for mark in &self.told.marks {
             chart.draw_series(DashedLineSeries::new(
@@ -129,33 +152,41 @@ impl Panel<'_> {
                 BLACK.mix(0.5).stroke_width(scale as u32),
             ))?;
             let (x, y) = chart.backend_coord(&(mark.along_mm, high));
-            // Letters of this font are about 0.52 of their height wide; a name that would cover the one before it is left out.
-            let width = (mark.name.chars().count() as f64 * 0.52 * f64::from(15 * scale)) as i32;
+            // A name that would cover the one before it is left out.
+            let width = self.width(&mark.name);
             let right = SIZE.0 as i32 * scale - width - 4 * scale;
             let left = (x - width / 2).clamp(0, right.max(0));
             if self.has_names && left > room_from {
                 let origin = area.get_base_pixel();
-                area.draw(&Text::new(mark.name.clone(), (left - origin.0, y - origin.1 - 20 * scale), font(15)))?;
+                area.draw(&Text::new(mark.name.clone(), (left - origin.0, y - origin.1 - 20 * scale), (FONT, 15 * scale).into_font()))?;
                 room_from = left + width + 6 * scale;
             }
         }
+        Ok(())
+    }
+
+    /// Each column's band and line, and what it is.
+    fn lines<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>, chart: &mut Chart<'_, DB>) -> Result<(), Box<dyn Error>>
+    where
+        DB::ErrorType: 'static,
+    {
+        let scale = self.scale;
+        let mut key = 76 * scale;
         for (column, color) in self.columns.iter().zip(COLORS.iter().skip(self.first_color)) {
             let color = RGBColor(color[0], color[1], color[2]);
             let all = runs(&self.told.stations, column);
             chart.draw_series(all.iter().map(|run| Polygon::new(band(run), color.mix(0.22))))?;
-            let line = |run: &Run| PathElement::new(run.iter().map(|[x, y, _]| (*x, *y)).collect::<Vec<_>>(), color.stroke_width(2 * scale as u32));
-            let key = move |(x, y)| PathElement::new(vec![(x, y), (x + 22 * scale, y)], color.stroke_width(3 * scale as u32));
-            chart.draw_series(all.iter().map(line))?.label(column.0.clone()).legend(key);
+            let line = |run: &Run| {
+                PathElement::new(run.iter().map(|[x, y, _]| (*x, *y)).collect::<Vec<_>>(), color.stroke_width(2 * scale as u32))
+            };
+            chart.draw_series(all.iter().map(line))?;
+            let y = 16 * scale;
+            area.draw(&Rectangle::new([(key, y - 6 * scale), (key + 24 * scale, y + 6 * scale)], color.mix(0.22).filled()))?;
+            area.draw(&PathElement::new(vec![(key, y), (key + 24 * scale, y)], color.stroke_width(2 * scale as u32)))?;
+            let text = format!("{} (band: ±, 95 %)", column.0);
+            area.draw(&Text::new(text.clone(), (key + 30 * scale, y - 8 * scale), (FONT, 15 * scale).into_font()))?;
+            key += 56 * scale + self.width(&text);
         }
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
-            .margin(8 * scale)
-            .legend_area_size(30 * scale)
-            .label_font(font(15))
-            .background_style(WHITE.mix(0.8))
-            .border_style(BLACK.mix(0.3))
-            .draw()?;
         Ok(())
     }
 }

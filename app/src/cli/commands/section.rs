@@ -20,13 +20,8 @@ pub fn section(args: &SectionArgs) -> Result<(), CommandError> {
         return Err(CommandError::Usage(format!("{count} scans are named; a section is of one, or of two")));
     }
     require_spacing(&opened)?;
-    let order = SectionOrder {
-        path: path(&opened, args)?,
-        step_mm: args.step,
-        on: 0,
-        against: (count > 1).then_some(1),
-        reach_mm: args.reach,
-    };
+    let order =
+        SectionOrder { path: path(&opened, args)?, step_mm: args.step, on: 0, against: (count > 1).then_some(1), reach_mm: args.reach };
     let measured = with_progress("measuring", |progress| measure(&opened, &order, progress))?;
     warn(&measured.told.notes);
     let (made, origin) = (made(&opened), Origin::of(&opened));
@@ -39,7 +34,8 @@ pub fn section(args: &SectionArgs) -> Result<(), CommandError> {
 
 /// The curve that is asked for.
 fn path(opened: &Opened, args: &SectionArgs) -> Result<Path, CommandError> {
-    let named = |names: &[String]| names.iter().map(|name| Ok(landmark(opened, 0, name.trim())?)).collect::<Result<Vec<Named>, CommandError>>();
+    let named =
+        |names: &[String]| names.iter().map(|name| Ok(landmark(opened, 0, name.trim())?)).collect::<Result<Vec<Named>, CommandError>>();
     if !args.through.is_empty() {
         let landmarks = named(&args.through)?;
         if args.one_plane {
