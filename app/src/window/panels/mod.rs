@@ -22,6 +22,7 @@ mod register;
 mod registered;
 mod scan;
 mod scans;
+mod section;
 mod shells;
 mod slices;
 mod stretches;
@@ -47,6 +48,7 @@ use looks::LooksPanel;
 use ray_form::RayForm;
 use register::RegisterPanel;
 use scan::ScanPanel;
+use section::SectionPanel;
 use std::sync::Arc;
 use thickness::ThicknessPanel;
 use upright::UprightPanel;
@@ -69,6 +71,8 @@ pub struct Panels {
     pub thickness: ThicknessPanel,
     /// The map of differences.
     pub differences: DifferencesPanel,
+    /// Thickness along a curve.
+    pub section: SectionPanel,
     register: RegisterPanel,
     /// How one scan is held.
     upright: UprightPanel,
@@ -89,6 +93,7 @@ enum Tab {
     Landmarks,
     Thickness,
     Differences,
+    Section,
     Register,
 }
 
@@ -133,7 +138,7 @@ const PLAIN: Panel =
 
 const NONE: Modifiers = Modifiers::NONE;
 
-const PANELS: [Panel; 16] = [
+const PANELS: [Panel; 17] = [
     Panel {
         place: Place::Left,
         show: |p, bench, ui| {
@@ -189,6 +194,13 @@ const PANELS: [Panel; 16] = [
         poll: |p, bench| p.differences.poll(bench),
         show: |p, bench, ui| p.differences.show(ui, bench),
         painting: |p, work| p.differences.painting(work),
+        ..PLAIN
+    },
+    Panel {
+        place: Place::Right(Tab::Section, "Section"),
+        commands: &[Command::new(Menu::Measure, "Section…", &[], |p, _, _| p.open(Tab::Section))],
+        poll: |p, bench| p.section.poll(bench, p.tab == Tab::Section),
+        show: |p, bench, ui| p.section.show(ui, bench),
         ..PLAIN
     },
     Panel {
