@@ -58,7 +58,8 @@ fn a_section_is_written_told_and_verified() {
     assert!(
         matches!(&again.measurements[..], [bregma_session::Measurement::Section(kept)] if kept.section.stations.len() == stations.len())
     );
-    assert_eq!(serde_json::to_value(&again.measurements[0]).unwrap(), record);
+    let kept = serde_json::to_value(&again.measurements[0]).unwrap();
+    assert!(kept["section"] == record["section"], "a digit was lost");
 }
 
 #[test]
