@@ -37,6 +37,15 @@ fn a_section_is_measured_drawn_and_charted() {
     let drawn = window.render().unwrap().into_raw();
     let magenta = |rgba: &[u8]| rgba.chunks(4).filter(|p| p[0] > 200 && p[1] < 110 && p[2] > 170).count();
     assert!(magenta(&before) < 20 && magenta(&drawn) > 60, "{} and {}", magenta(&before), magenta(&drawn));
+    // The mouse in the chart names a station, which is marked in the picture.
+    let head = window.get_by_label_contains("mm along the curve").rect();
+    window.event(Event::PointerMoved(head.center_bottom() + egui::vec2(60.0, 130.0)));
+    window.run_steps(4);
+    let is_station = |text: String| text.starts_with("at ") && text.ends_with(" mm");
+    assert!(window.get_all_by_role(Role::Label).any(|label| label.accesskit_node().value().is_some_and(is_station)));
+    let hovered = window.render().unwrap().into_raw();
+    let white = |rgba: &[u8]| rgba.chunks(4).filter(|p| p[..3] == [255; 3]).count();
+    assert!(white(&hovered) > white(&drawn) + 30, "{} and {}", white(&hovered), white(&drawn));
     // Where the surface is another one the curve is none of it.
     choose(&mut window, Role::CheckBox, "Show the curve");
     assert!(magenta(window.render().unwrap().as_raw()) < 20);

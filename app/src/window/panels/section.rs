@@ -5,16 +5,16 @@ use super::super::bench::Bench;
 use super::super::job::Job;
 use super::super::measured::Work;
 use super::super::picture::section_curve::SectionCurve;
-use super::super::widgets::choose_scans;
+use super::super::widgets::{choose_scans, color};
 use bregma_field::Progress;
 use bregma_measure::numbers::{fixed, signed};
 use bregma_measure::section::{Named, Path, Station};
 use bregma_session::chart::section::{COLORS, runs};
 use bregma_session::record::made;
 use bregma_session::section::{Measured, SectionError, measure, plane_of};
-use bregma_session::{Column, Landmark, Measurement, Origin, SectionOrder as Order, save};
-use egui::{Button, Color32, DragValue, Id, ScrollArea, Ui, Vec2b};
-use egui_plot::{FilledArea, Line, Plot, VLine};
+use bregma_session::{Column, Landmark, Measurement, Opened, Origin, SectionOrder as Order, save};
+use egui::{Align2, Button, Color32, DragValue, Id, ScrollArea, Ui, Vec2b};
+use egui_plot::{FilledArea, Line, Plot, PlotPoint, Text, VLine};
 use std::sync::Arc;
 
 /// The panel.
@@ -66,6 +66,8 @@ struct Stop {
 
 /// From station to station where nobody says otherwise, mm.
 const STEP_MM: f64 = 1.0;
+/// What the chart of differences has upward.
+const DIFFERENCE: &str = "difference, mm";
 /// Height of the charts of thicknesses and of differences, points.
 const HEIGHTS: [f32; 2] = [190.0, 120.0];
 
@@ -203,8 +205,9 @@ impl SectionPanel {
         let told = &measured.told;
         ui.strong(format!("{} mm along the curve", fixed(told.length_mm, 1)));
         let (thicknesses, differences) = (told.thicknesses(), told.differences());
-        let above = self.chart(ui, measured, "thickness, mm", &thicknesses, 0);
-        let below = if differences.is_empty() { None } else { self.chart(ui, measured, "difference, mm", &differences, 2) };
+        let colors = colors(measured, &bench.work.opened, ui.visuals().dark_mode);
+        let above = self.chart(ui, measured, "thickness, mm", &thicknesses, &colors);
+        let below = if differences.is_empty() { None } else { self.chart(ui, measured, DIFFERENCE, &differences, &colors[2..]) };
         self.hovered = above.or(below);
         // As many lines without a station, so that nothing below moves when the mouse comes.
         let none = vec![" ".to_owned(); 1 + thicknesses.len() + differences.len()];
@@ -230,12 +233,12 @@ impl SectionPanel {
     }
 
     /// A chart of some columns with their bands; the station that the mouse is on in it.
-    fn chart(&self, ui: &mut Ui, measured: &Measured, what: &'static str, columns: &[Column], first_color: usize) -> Option<usize> {
-        let (told, is_signed, dark) = (&measured.told, first_color > 0, ui.visuals().dark_mode);
-        for ((name, _), color) in columns.iter().zip(colors(dark, first_color)) {
+    fn chart(&self, ui: &mut Ui, measured: &Measured, what: &'static str, columns: &[Column], colors: &[Color32]) -> Option<usize> {
+        let (told, is_signed) = (&measured.told, what == DIFFERENCE);
+        for ((name, _), color) in columns.iter().zip(colors) {
             ui.horizontal(|ui| {
                 ui.spacing_mut().item_spacing.x = 4.0;
-                ui.colored_label(color, "■");
+                ui.colored_label(*color, "■");
                 ui.weak(name.as_str());
             });
         }
@@ -251,7 +254,20 @@ impl SectionPanel {
             for mark in &told.marks {
                 plot.vline(VLine::new(mark.name.as_str(), mark.along_mm).color(Color32::from_gray(130)).width(1.0).allow_hover(false));
             }
-            for (n, (column, color)) in columns.iter().zip(colors(dark, first_color)).enumerate() {
+            if let Some(top) = columns
+                .iter()
+                .flat_map(|column| runs(&told.stations, column))
+                .flatten()
+                .map(|[_, y, _]| y)
+                .reduce(f64::max)
+                .filter(|_| !is_signed)
+            {
+                for mark in &told.marks {
+                    let text = Text::new("", PlotPoint::new(mark.along_mm, top), mark.name.as_str());
+                    plot.text(text.anchor(Align2::CENTER_BOTTOM).allow_hover(false).id(("name", &mark.name)));
+                }
+            }
+            for (n, (column, color)) in columns.iter().zip(colors).enumerate() {
                 for (k, run) in runs(&told.stations, column).iter().enumerate() {
                     let along: Vec<f64> = run.iter().map(|[x, ..]| *x).collect();
                     let side = |sign: f64| run.iter().map(|[_, y, e]| y + sign * if e.is_finite() { *e } else { 0.0 }).collect::<Vec<_>>();
@@ -259,7 +275,7 @@ impl SectionPanel {
                         FilledArea::new("", &along, &side(-1.0), &side(1.0)).fill_color(color.gamma_multiply(0.25)).allow_hover(false);
                     plot.add(band.id(("band", n, k)));
                     let points: Vec<[f64; 2]> = run.iter().map(|[x, y, _]| [*x, *y]).collect();
-                    plot.line(Line::new("", points).color(color).width(1.5).allow_hover(false).id(("line", n, k)));
+                    plot.line(Line::new("", points).color(*color).width(1.5).allow_hover(false).id(("line", n, k)));
                 }
             }
             if let Some(station) = self.hovered.and_then(|n| told.stations.get(n)) {
@@ -274,12 +290,16 @@ impl SectionPanel {
     }
 }
 
-/// The colours of print from one on; its black is the white of a dark window.
-fn colors(dark: bool, first: usize) -> impl Iterator<Item = Color32> {
-    COLORS
-        .into_iter()
-        .skip(first)
-        .map(move |[r, g, b]| if dark && [r, g, b] == [0; 3] { Color32::WHITE } else { Color32::from_rgb(r, g, b) })
+/// Those of both scans in the picture, and of the differences as in print, whose black is the white of a dark window.
+fn colors(measured: &Measured, opened: &Opened, dark: bool) -> Vec<Color32> {
+    let order = &measured.told.order;
+    let of_scan = |n: Option<usize>, own: [u8; 3]| {
+        let layer = n.and_then(|n| opened.scene.layers.get(n));
+        layer.map_or(Color32::from_rgb(own[0], own[1], own[2]), |layer| color(layer.color))
+    };
+    let [first, second, thickness, surface] = COLORS;
+    let thickness = if dark { [255; 3] } else { thickness };
+    vec![of_scan(Some(order.on), first), of_scan(order.against, second), of_scan(None, thickness), of_scan(None, surface)]
 }
 
 /// A station in words, a line for each column.
