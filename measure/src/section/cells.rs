@@ -94,7 +94,8 @@ fn in_cell(plane: &InPlane<'_>, cell: USizeVec3, found: &mut Vec<Link>) {
         );
     }
     for (node, at) in entries {
-        let Some(exit) = InCell::of(plane, cell).exit_of(at, &exits) else { break };
+        let places: Vec<DVec2> = exits.iter().map(|(_, place)| *place).collect();
+        let Some(exit) = InCell::of(plane, cell).exit_of(at, &places) else { break };
         let (last, there) = exits.swap_remove(exit);
         found.push(Link { cell, nodes: [node, last], ends: [at, there] });
     }

@@ -52,7 +52,7 @@ impl Chain {
         let reach = nearest.min(best_mm) + 4.0 * plane.voxel_mm();
         let near = self.links.iter().filter(|link| about(link) < reach);
         let exact = |link: &Link| {
-            let way = InCell::of(plane, link.cell).way(link);
+            let way = InCell::of(plane, link.cell).way(link.ends);
             way.windows(2).map(|pair| from_segment(point, [pair[0].0, pair[1].0]).0).fold(f64::INFINITY, f64::min)
         };
         near.map(exact).fold(f64::INFINITY, f64::min)
@@ -90,7 +90,7 @@ impl<'a> Curve<'a> {
     pub fn of(plane: InPlane<'a>, chain: &Chain) -> Self {
         let (mut pieces, mut length_mm) = (vec![], 0.0);
         for link in &chain.links {
-            for pair in InCell::of(&plane, link.cell).way(link).windows(2) {
+            for pair in InCell::of(&plane, link.cell).way(link.ends).windows(2) {
                 let end_mm = length_mm + arc_mm([pair[0], pair[1]]);
                 pieces.push(Piece { cell: link.cell, ends: [pair[0].0, pair[1].0], along_mm: [length_mm, end_mm] });
                 length_mm = end_mm;

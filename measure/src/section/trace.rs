@@ -1,6 +1,5 @@
 //! A curve's way through one cell: steps along its tangent, each brought back onto the surface within the plane.
 
-use super::cells::{Link, Node};
 use super::plane::InPlane;
 use bregma_field::interpolant::{corners, gradient, value};
 use glam::{DVec2, DVec3, USizeVec3};
@@ -91,19 +90,19 @@ impl<'a> InCell<'a> {
     }
 
     /// By which of `exits` a curve leaves that enters the cell at a point.
-    pub fn exit_of(&self, at: DVec2, exits: &[(Node, DVec2)]) -> Option<usize> {
+    pub fn exit_of(&self, at: DVec2, exits: &[DVec2]) -> Option<usize> {
         if exits.len() < 2 {
             return (!exits.is_empty()).then_some(0);
         }
         let (points, beyond) = self.walk(at);
         let last = points.last().map_or(at, |(last, _)| *last);
         let beyond = beyond.unwrap_or(last);
-        (0..exits.len()).min_by(|a, b| from_segment(exits[*a].1, [last, beyond]).0.total_cmp(&from_segment(exits[*b].1, [last, beyond]).0))
+        let away = |exit: &usize| from_segment(exits[*exit], [last, beyond]).0;
+        (0..exits.len()).min_by(|a, b| away(a).total_cmp(&away(b)))
     }
 
-    /// The points of a way through the cell, both ends among them.
-    pub fn way(&self, link: &Link) -> Vec<Point> {
-        let [from, to] = link.ends;
+    /// The points of the way through the cell from where it enters to where it leaves, both among them.
+    pub fn way(&self, [from, to]: [DVec2; 2]) -> Vec<Point> {
         let straight = (to - from).normalize_or_zero();
         let end = |at: DVec2| (at, self.tangent(at).unwrap_or(straight));
         let (points, beyond) = self.walk(from);
