@@ -119,6 +119,12 @@ impl<'a> Curve<'a> {
         self.plane.world(InCell::of(&self.plane, *cell).settled(guess).unwrap_or(guess))
     }
 
+    /// The straight way between the two points of it that are farthest from each other of those beside each other, mm.
+    #[cfg(test)]
+    pub fn longest_piece_mm(&self) -> f64 {
+        self.pieces.iter().map(|piece| piece.ends[0].distance(piece.ends[1])).fold(0.0, f64::max)
+    }
+
     /// Where it is farthest in a direction of the plane, mm along it.
     pub fn farthest(&self, direction: DVec2) -> f64 {
         let height = |piece: &&Piece| piece.ends[0].dot(direction);

@@ -16,6 +16,8 @@ mod curve;
 mod path;
 mod plane;
 mod table;
+#[cfg(test)]
+mod tests;
 mod trace;
 
 use crate::difference::{By, Side, at, wall};
