@@ -2,7 +2,7 @@
 
 use super::fonts::{FONT, PNG_SCALE, fonts};
 use crate::section_order::{Column, Told};
-use bregma_measure::numbers::fixed;
+use bregma_measure::numbers::{at_most, fixed};
 use bregma_measure::section::Station;
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
@@ -25,10 +25,10 @@ pub fn runs(stations: &[Station], (_, of): &Column) -> Vec<Run> {
     all.split(Option::is_none).filter(|run| !run.is_empty()).map(known).collect()
 }
 
-/// The outline of a run's band: along its upper side and back along its lower one.
-pub fn band(run: &Run) -> Vec<(f64, f64)> {
-    let side = |sign: f64| run.iter().map(move |[x, y, error]| (*x, y + sign * if error.is_finite() { *error } else { 0.0 }));
-    side(1.0).chain(side(-1.0).rev()).collect()
+/// The lower and the upper side of a run's band, mm. A thickness is not below 0.
+pub fn sides(run: &Run, is_thickness: bool) -> [Vec<f64>; 2] {
+    let least = if is_thickness { 0.0 } else { f64::NEG_INFINITY };
+    [-1.0, 1.0].map(|sign| run.iter().map(|[_, y, error]| (y + sign * if error.is_finite() { *error } else { 0.0 }).max(least)).collect())
 }
 
 /// The figure as SVG.
@@ -88,8 +88,9 @@ where
 impl Panel<'_> {
     /// The lowest and the highest number that its axis has to show.
     fn ends(&self) -> (f64, f64) {
-        let bands = self.columns.iter().flat_map(|column| runs(&self.told.stations, column)).flat_map(|run| band(&run));
-        let (low, high) = bands.map(|(_, y)| y).fold((0.0_f64, 0.0_f64), |(low, high), y| (low.min(y), high.max(y)));
+        let all = self.columns.iter().flat_map(|column| runs(&self.told.stations, column));
+        let numbers = all.flat_map(|run| sides(&run, !self.is_signed)).flatten();
+        let (low, high) = numbers.fold((0.0_f64, 0.0_f64), |(low, high), y| (low.min(y), high.max(y)));
         let room = 0.06 * (high - low).max(0.1);
         (if self.is_signed { low - room } else { low }, high + room)
     }
@@ -118,7 +119,7 @@ impl Panel<'_> {
             .configure_mesh()
             .x_desc("mm along the curve")
             .y_desc(self.what)
-            .x_label_formatter(&|v| fixed(*v, 0))
+            .x_label_formatter(&|v| at_most(*v, 3))
             .y_label_formatter(&number)
             .label_style(font(15))
             .axis_desc_style(font(16))
@@ -174,12 +175,18 @@ impl Panel<'_> {
         let mut key = 76 * scale;
         for (column, color) in self.columns.iter().zip(COLORS.iter().skip(self.first_color)) {
             let color = RGBColor(color[0], color[1], color[2]);
-            let all = runs(&self.told.stations, column);
-            chart.draw_series(all.iter().map(|run| Polygon::new(band(run), color.mix(0.22))))?;
-            let line = |run: &Run| {
-                PathElement::new(run.iter().map(|[x, y, _]| (*x, *y)).collect::<Vec<_>>(), color.stroke_width(2 * scale as u32))
+            let outline = |run: &Run| {
+                let [low, high] = sides(run, !self.is_signed);
+                let along = || run.iter().map(|[x, ..]| *x);
+                along().zip(high).chain(along().zip(low).rev()).collect::<Vec<_>>()
             };
-            chart.draw_series(all.iter().map(line))?;
+            // A station between two gaps is a point with a bar.
+            let (alone, long): (Vec<Run>, Vec<Run>) = runs(&self.told.stations, column).into_iter().partition(|run| run.len() == 1);
+            chart.draw_series(long.iter().map(|run| Polygon::new(outline(run), color.mix(0.22))))?;
+            chart.draw_series(alone.iter().map(|run| PathElement::new(outline(run), color.mix(0.5).stroke_width(2 * scale as u32))))?;
+            let points = |run: &Run| run.iter().map(|[x, y, _]| (*x, *y)).collect::<Vec<_>>();
+            chart.draw_series(long.iter().map(|run| PathElement::new(points(run), color.stroke_width(2 * scale as u32))))?;
+            chart.draw_series(alone.iter().flat_map(points).map(|at| Circle::new(at, 2 * scale, color.filled())))?;
             let y = 16 * scale;
             area.draw(&Rectangle::new([(key, y - 6 * scale), (key + 24 * scale, y + 6 * scale)], color.mix(0.22).filled()))?;
             area.draw(&PathElement::new(vec![(key, y), (key + 24 * scale, y)], color.stroke_width(2 * scale as u32)))?;

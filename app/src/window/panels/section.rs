@@ -9,12 +9,12 @@ use super::super::widgets::{choose_scans, color};
 use bregma_field::Progress;
 use bregma_measure::numbers::{fixed, signed};
 use bregma_measure::section::{Named, Path, Station};
-use bregma_session::chart::section::{COLORS, runs};
+use bregma_session::chart::section::{COLORS, runs, sides};
 use bregma_session::record::made;
 use bregma_session::section::{Measured, SectionError, measure, plane_of};
 use bregma_session::{Column, Landmark, Measurement, Opened, Origin, SectionOrder as Order, save};
 use egui::{Align2, Button, Color32, DragValue, Id, ScrollArea, Ui, Vec2b};
-use egui_plot::{FilledArea, Line, Plot, PlotPoint, Text, VLine};
+use egui_plot::{FilledArea, Line, Plot, PlotPoint, Points, Text, VLine};
 use std::sync::Arc;
 
 /// The panel.
@@ -242,6 +242,9 @@ impl SectionPanel {
                 ui.weak(name.as_str());
             });
         }
+        let all = columns.iter().flat_map(|column| runs(&told.stations, column));
+        // Above everything there is room for the names of landmarks.
+        let top = 1.15 * all.flat_map(|run| sides(&run, !is_signed)).flatten().fold(0.0, f64::max);
         let plot = Plot::new(what)
             .height(HEIGHTS[usize::from(is_signed)])
             .link_axis(Id::unique("section"), Vec2b::new(true, false))
@@ -249,33 +252,28 @@ impl SectionPanel {
             .y_axis_label(what)
             .label_formatter(|_| None)
             .allow_scroll(false)
-            .include_y(0.0);
+            .include_y(0.0)
+            .include_y(top);
         let shown = plot.show(ui, |plot| {
             for mark in &told.marks {
                 plot.vline(VLine::new(mark.name.as_str(), mark.along_mm).color(Color32::from_gray(130)).width(1.0).allow_hover(false));
             }
-            if let Some(top) = columns
-                .iter()
-                .flat_map(|column| runs(&told.stations, column))
-                .flatten()
-                .map(|[_, y, _]| y)
-                .reduce(f64::max)
-                .filter(|_| !is_signed)
-            {
-                for mark in &told.marks {
-                    let text = Text::new("", PlotPoint::new(mark.along_mm, top), mark.name.as_str());
-                    plot.text(text.anchor(Align2::CENTER_BOTTOM).allow_hover(false).id(("name", &mark.name)));
-                }
+            for mark in told.marks.iter().filter(|_| !is_signed) {
+                let text = Text::new("", PlotPoint::new(mark.along_mm, top), mark.name.as_str());
+                plot.text(text.anchor(Align2::CENTER_TOP).allow_hover(false).id(("name", &mark.name)));
             }
             for (n, (column, color)) in columns.iter().zip(colors).enumerate() {
                 for (k, run) in runs(&told.stations, column).iter().enumerate() {
                     let along: Vec<f64> = run.iter().map(|[x, ..]| *x).collect();
-                    let side = |sign: f64| run.iter().map(|[_, y, e]| y + sign * if e.is_finite() { *e } else { 0.0 }).collect::<Vec<_>>();
-                    let band =
-                        FilledArea::new("", &along, &side(-1.0), &side(1.0)).fill_color(color.gamma_multiply(0.25)).allow_hover(false);
+                    let [low, high] = sides(run, !is_signed);
+                    let band = FilledArea::new("", &along, &low, &high).fill_color(color.gamma_multiply(0.25)).allow_hover(false);
                     plot.add(band.id(("band", n, k)));
                     let points: Vec<[f64; 2]> = run.iter().map(|[x, y, _]| [*x, *y]).collect();
-                    plot.line(Line::new("", points).color(*color).width(1.5).allow_hover(false).id(("line", n, k)));
+                    if run.len() == 1 {
+                        plot.points(Points::new("", points).color(*color).radius(2.0).allow_hover(false).id(("point", n, k)));
+                    } else {
+                        plot.line(Line::new("", points).color(*color).width(1.5).allow_hover(false).id(("line", n, k)));
+                    }
                 }
             }
             if let Some(station) = self.hovered.and_then(|n| told.stations.get(n)) {
