@@ -64,9 +64,8 @@ pub struct Map {
 pub(crate) struct Found {
     /// Of the other against the own surface.
     pub mm: f64,
-    /// What belongs to the point, and the outward unit normal there.
+    /// What belongs to the point.
     pub partner: DVec3,
-    pub normal: DVec3,
     /// Of the own, then of the other surface.
     pub ends: [Vec<EndError>; 2],
 }
@@ -133,7 +132,7 @@ impl Found {
 
 impl Map {
     fn push(&mut self, found: Option<Found>, registered: [Registered<'_>; 2]) {
-        let Some(Found { mm, partner, ends, .. }) = found else {
+        let Some(Found { mm, partner, ends }) = found else {
             self.values_mm.push(f32::NAN);
             self.errors_mm.push(f32::NAN);
             self.partners_mm.push(Vec3::NAN);
@@ -172,7 +171,7 @@ pub(crate) fn at(
     let end_of = |side: Side<'_>, point: DVec3, normal: DVec3| side.errors.at(point, normal, -normal, 1.0);
     if by == By::Thickness {
         let [(own_mm, own_ends), (other_mm, other_ends)] = [wall(own, point, normal)?, wall(other, there, there_normal)?];
-        return Some(Found { mm: other_mm - own_mm, partner: there, normal: there_normal, ends: [own_ends, other_ends] });
+        return Some(Found { mm: other_mm - own_mm, partner: there, ends: [own_ends, other_ends] });
     }
     let mm = if partner.distance_mm == 0.0 {
         0.0
@@ -182,7 +181,7 @@ pub(crate) fn at(
         -partner.distance_mm
     };
     let ends = [end_of(own, point, normal), end_of(other, there, there_normal)].map(|end| vec![end]);
-    Some(Found { mm, partner: there, normal: there_normal, ends })
+    Some(Found { mm, partner: there, ends })
 }
 
 /// The thickness of the wall behind a point, mm, and what is known of its two ends; `None` where the scan's box cuts it.

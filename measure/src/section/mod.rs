@@ -21,6 +21,7 @@ mod tests;
 mod trace;
 
 use crate::difference::{By, Side, at, wall};
+use crate::edge::spacing_along_mm;
 use crate::partner::Partner;
 use crate::uncertainty::{EndError, Ends, Registered, of_difference, of_length};
 use bregma_field::interpolant::{depth_at, smooth_normal};
@@ -102,7 +103,8 @@ fn unbounded<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error
     Ok(Option::deserialize(deserializer)?.unwrap_or(f64::INFINITY))
 }
 
-/// A place of the curve with what was measured there. What is not known, is not there: a wall that the scan's box cuts, or a point without a partner.
+/// A place of the curve with what was measured there. What is not known, is not there: a wall that the scan's box cuts, one
+/// at a crease that the inward normal only grazes, or a point without a partner.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Station {
     /// How far along the curve, mm.
@@ -127,6 +129,8 @@ pub struct Station {
 const CHUNK: usize = 32;
 /// A curve of a metre in hundredths of a millimetre.
 const MOST_STATIONS: f64 = 100_000.0;
+/// What is no thicker, voxels, is no wall: there the normal grazes a crease of the surface, and the ray along it begins on its other side (a hundredth of a voxel off).
+const NO_WALL_VOXEL: f64 = 0.02;
 /// Lengths along a curve are added up to that part of a step.
 const SAME_STEP: f64 = 1e-9;
 
@@ -170,9 +174,13 @@ fn station(
 ) -> Option<Station> {
     let (point_mm, _) = line.at(along_mm)?;
     let normal = normal_at(first.surface, point_mm);
-    let own = wall(first, point_mm, normal);
+    let thick = |side: Side<'_>, point: DVec3, normal: DVec3| {
+        let least_mm = NO_WALL_VOXEL * spacing_along_mm(side.surface, normal);
+        wall(side, point, normal).filter(|(mm, _)| *mm > least_mm)
+    };
+    let own = thick(first, point_mm, normal);
     let partner = second.and_then(|(side, reach_mm)| Some((side, at(first, side, [point_mm, normal], By::Partner, reach_mm, hint)?)));
-    let other = partner.as_ref().and_then(|(side, found)| wall(*side, found.partner, found.normal));
+    let other = partner.as_ref().and_then(|(side, found)| thick(*side, found.partner, normal_at(side.surface, found.partner)));
     let registered = [first.registered, second.map_or(Registered::default(), |(side, _)| side.registered)];
     let of_both = |mm: f64, ends: [&[EndError]; 2]| {
         let error = of_difference([0, 1].map(|n| Ends { of: ends[n], registered: registered[n] }));
@@ -199,8 +207,9 @@ fn station(
     })
 }
 
-/// The outward unit normal that pictures are shaded by, or the interpolant's own where that is none.
+/// The outward unit normal that pictures are shaded by, or the interpolant's own where that is none or looks the other way, as it may at a ridge.
 fn normal_at(surface: &Surface, point_mm: DVec3) -> DVec3 {
-    let own = || depth_at(surface, WorldPoint(point_mm)).map_or(DVec3::Z, |(_, rise)| (-rise).try_normalize().unwrap_or(DVec3::Z));
-    smooth_normal(surface, surface.grid.index(WorldPoint(point_mm))).unwrap_or_else(own)
+    let own = depth_at(surface, WorldPoint(point_mm)).and_then(|(_, rise)| (-rise).try_normalize());
+    let smooth = smooth_normal(surface, surface.grid.index(WorldPoint(point_mm)));
+    smooth.filter(|smooth| own.is_none_or(|own| own.dot(*smooth) > 0.0)).or(own).unwrap_or(DVec3::Z)
 }
