@@ -62,7 +62,8 @@ pub struct Measured {
     scans: Vec<(Arc<Volume>, f64, DAffine3)>,
 }
 
-/// The landmark of a name, whatever the size of its letters: of several, one that belongs to the scan of number `on`, or to none, is the first choice.
+/// The landmark of a name, whatever the size of its letters: of several, one that belongs to the scan of number `on`, or to none, is the
+/// first choice.
 pub fn landmark(opened: &Opened, on: usize, name: &str) -> Result<Named, SectionError> {
     let set = || opened.landmarks.iter().filter_map(|l| Some((l, l.point_mm.filter(|p| p.is_finite())?)));
     let scan = opened.volumes.get(on).map(|volume| volume.name());

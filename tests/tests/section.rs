@@ -75,7 +75,8 @@ fn off(surface: &Surface, line: &Line<'_>) -> [f64; 2] {
     worst
 }
 
-/// The length of a surface's curve in a plane through a point within it, by bisection along 20,000 directions from there: it knows nothing of cells.
+/// The length of a surface's curve in a plane through a point within it, by bisection along 20,000 directions from there: it knows nothing
+/// of cells.
 fn length_by_directions(surface: &Surface, plane: &Plane, [low_mm, high_mm]: [f64; 2]) -> f64 {
     let (a, b) = plane.normal.any_orthonormal_pair();
     let point = |n: usize| {
@@ -94,8 +95,9 @@ fn length_by_directions(surface: &Surface, plane: &Plane, [low_mm, high_mm]: [f6
 
 #[test]
 fn a_plane_through_a_balls_middle_meets_it_in_a_great_circle() {
-    // Fails if a cell is left out or taken twice, a root is off, lengths are not along the curve, or the inner side is taken for the outer one; on the plane of a layer
-    // of samples, through rows and corners of cells, and on a grid that is turned, sheared and has unlike steps.
+    // Fails if a cell is left out or taken twice, a root is off, lengths are not along the curve, or the inner side is taken for the outer
+    // one; on the plane of a layer of samples, through rows and corners of cells, and on a grid that is turned, sheared and has unlike
+    // steps.
     let shell = Shell { centre: DVec3::ZERO, inner_mm: 12.0, outer_mm: 16.5 };
     let mut random = Random(8);
     let mut normals = vec![DVec3::X, DVec3::Y, DVec3::new(1.0, 1.0, 0.0), DVec3::ONE];
@@ -212,8 +214,8 @@ fn of_the_curves_of_a_plane_the_seeds_is_taken_or_else_the_longest_outer_one() {
 
 #[test]
 fn thickness_and_differences_lie_within_their_error() {
-    // Two shells, scanned with blur and noise, of which the second has another wall and stands out by a known gap. Fails if walls, partners, signs or uncertainties
-    // are wrong, or belong to another scan.
+    // Two shells, scanned with blur and noise, of which the second has another wall and stands out by a known gap. Fails if walls,
+    // partners, signs or uncertainties are wrong, or belong to another scan.
     const PAIRS: u64 = 60;
     let (mut held, mut all) = ([0; 4], 0);
     let mut random = Random(21);

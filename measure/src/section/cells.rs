@@ -6,8 +6,8 @@
 //!      │  ╱  ╲─────│     cell behind. Both cells have the same roots, so that no curve is lost between them
 //!      └───────────┘
 //! ```
-//! A corner on the plane is on its normal's side, and a value that equals the isovalue is inside, so that each polygon and each curve goes on. Curves that lie
-//! within one cell are not looked for: they are shorter than its own outline.
+//! A corner on the plane is on its normal's side, and a value that equals the isovalue is inside, so that each polygon and each curve goes
+//! on. Curves that lie within one cell are not looked for: they are shorter than its own outline.
 
 use super::plane::InPlane;
 use super::trace::InCell;
@@ -28,8 +28,8 @@ pub(super) struct Link {
     pub ends: [DVec2; 2],
 }
 
-/// Corners so near to the plane lie on it, voxels: positions of thousands of voxels are good to 1e-12, and a plane along a layer of samples may lie on
-/// either side of each of them by that much.
+/// Corners so near to the plane lie on it, voxels: positions of thousands of voxels are good to 1e-12, and a plane along a layer of samples
+/// may lie on either side of each of them by that much.
 const ON_PLANE_VOXEL: f64 = 1e-9;
 /// Halvings until a root is as good as float64.
 const HALVINGS: usize = 54;
@@ -101,7 +101,8 @@ fn in_cell(plane: &InPlane<'_>, cell: USizeVec3, found: &mut Vec<Link>) {
     }
 }
 
-/// Visits the roots on one face of a cell (numbers 0 and 1 are its low and high faces across x, and so on), each with whether the curve enters the cell there.
+/// Visits the roots on one face of a cell (numbers 0 and 1 are its low and high faces across x, and so on), each with whether the curve
+/// enters the cell there.
 fn roots_of_face(
     plane: &InPlane<'_>,
     cell: USizeVec3,
@@ -152,8 +153,8 @@ fn mix(a: f64, b: f64, s: f64) -> f64 {
     a * (1.0 - s) + b * s
 }
 
-/// Of a function that is linear along both sides of a square, with values `g` at (0, 0), (1, 0), (0, 1), (1, 1): where it changes its sign on the way between two points, and
-/// whether it is inside before.
+/// Of a function that is linear along both sides of a square, with values `g` at (0, 0), (1, 0), (0, 1), (1, 1): where it changes its sign
+/// on the way between two points, and whether it is inside before.
 fn roots(g: &[f64; 4], [p, q]: [[f64; 2]; 2]) -> [Option<(f64, bool)>; 2] {
     let at = |x: f64, y: f64| mix(mix(g[0], g[1], x), mix(g[2], g[3], x), y);
     // The quadratic's Bernstein coefficients: its polar form at the ends.

@@ -44,12 +44,12 @@ impl Chain {
         self.links.iter().map(|link| link.ends[0].distance(link.ends[1])).sum()
     }
 
-    /// How far a point of the plane is from it, mm. Where it may be the nearest curve's, within a voxel of `best_mm`, cells are looked into.
+    /// How far a point of the plane is from it, mm. Where it may be nearer than `best_mm`, cells are looked into.
     pub fn distance_mm(&self, plane: &InPlane<'_>, point: DVec2, best_mm: f64) -> f64 {
         let about = |link: &Link| from_segment(point, link.ends).0;
         let nearest = self.links.iter().map(about).fold(f64::INFINITY, f64::min);
-        // Within its cell a curve strays from the straight way by less than the cell's diagonal, which two voxels of any grid are not always.
-        let reach = nearest.min(best_mm) + 4.0 * plane.voxel_mm();
+        // Within its cell a curve strays from the straight way by no more than the cell is wide in any direction.
+        let reach = nearest.min(best_mm) + plane.surface.grid.spacing_mm().element_sum();
         let near = self.links.iter().filter(|link| about(link) < reach);
         let exact = |link: &Link| {
             let way = InCell::of(plane, link.cell).way(link.ends);

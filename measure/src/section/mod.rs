@@ -1,8 +1,8 @@
 //! The thickness of bone along a curve of its surface, and of another scan's beside it, with how far the two surfaces are from each other.
 //!
-//! The curve is that in which a plane meets the interpolant's surface, traced from cell to cell; nothing of it is a mesh's. Its stations are as far apart along it
-//! as is asked. At each of them what is measured is what maps of thickness and of differences measure at a point: walls along their
-//! own inward normals, the second scan's at the station's partner, and the signed distance to that.
+//! The curve is that in which a plane meets the interpolant's surface, traced from cell to cell; nothing of it is a mesh's. Its stations
+//! are as far apart along it as is asked. At each of them what is measured is what maps of thickness and of differences measure at a point:
+//! walls along their own inward normals, the second scan's at the station's partner, and the signed distance to that.
 //!
 //! ```text
 //!     along ├─ step ─┤
@@ -129,13 +129,14 @@ pub struct Station {
 const CHUNK: usize = 32;
 /// A curve of a metre in hundredths of a millimetre.
 const MOST_STATIONS: f64 = 100_000.0;
-/// What is no thicker, voxels, is no wall: there the normal grazes a crease of the surface, and the ray along it begins on its other side (a hundredth of a voxel off).
+/// What is no thicker, voxels, is no wall: there the normal grazes a crease of the surface, and the ray along it begins on its other side
+/// (a hundredth of a voxel off).
 const NO_WALL_VOXEL: f64 = 0.02;
 /// Lengths along a curve are added up to that part of a step.
 const SAME_STEP: f64 = 1e-9;
 
-/// Measures along `line`, which lies on the first surface, every `step_mm` from its beginning on; `second` is another scan with how far its partners are looked for,
-/// mm. `progress` counts stations.
+/// Measures along `line`, which lies on the first surface, every `step_mm` from its beginning on; `second` is another scan with how far its
+/// partners are looked for, mm. `progress` counts stations.
 pub fn stations(
     line: &Line<'_>,
     step_mm: f64,
@@ -207,7 +208,8 @@ fn station(
     })
 }
 
-/// The outward unit normal that pictures are shaded by, or the interpolant's own where that is none or looks the other way, as it may at a ridge.
+/// The outward unit normal that pictures are shaded by, or the interpolant's own where that is none or looks the other way, as it may at a
+/// ridge.
 fn normal_at(surface: &Surface, point_mm: DVec3) -> DVec3 {
     let own = depth_at(surface, WorldPoint(point_mm)).and_then(|(_, rise)| (-rise).try_normalize());
     let smooth = smooth_normal(surface, surface.grid.index(WorldPoint(point_mm)));

@@ -23,8 +23,8 @@ pub struct Named {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "by", rename_all = "kebab-case")]
 pub enum Path {
-    /// From each landmark to the next in the plane that holds both and the mean of the outward normals there, along the shorter way: as the sagittal arcs
-    /// of the vault are taken from landmark to landmark (Martin's M25 to M28), in the plane that the surface itself suggests.
+    /// From each landmark to the next in the plane that holds both and the mean of the outward normals there, along the shorter way: as the
+    /// sagittal arcs of the vault are taken from landmark to landmark (Martin's M25 to M28), in the plane that the surface itself suggests.
     ///
     /// ```text
     ///       n₁ ▲     ▲ n₂         the plane of the page holds both points and (n₁ + n₂)/2
@@ -56,7 +56,8 @@ pub enum Path {
 
 /// A landmark farther from the curve is not on it, mm: what the mouse and another isovalue may have done is less.
 pub const LANDMARK_MM: f64 = 3.0;
-/// A point of the surface and the plane is on one of its curves, to this; voxels. Between the curve's points the straight way is off by less.
+/// A point of the surface and the plane is on one of its curves, to this; voxels. Between the curve's points the straight way is off by
+/// less.
 const ON_CURVE_VOXEL: f64 = 0.01;
 /// How far the surface is from a landmark is told up to here, mm.
 const FAR_MM: f64 = 1000.0;

@@ -23,8 +23,8 @@ impl Plane {
         Some(Self { point_mm, normal })
     }
 
-    /// The profile plane of two points of a surface: it holds both and the mean of the outward unit normals there. `None` where that mean lies along
-    /// their line, or is nothing.
+    /// The profile plane of two points of a surface: it holds both and the mean of the outward unit normals there. `None` where that mean
+    /// lies along their line, or is nothing.
     pub fn profile(points: [DVec3; 2], normals: [DVec3; 2]) -> Option<Self> {
         let along = (points[1] - points[0]).try_normalize()?;
         let across = along.cross(0.5 * (normals[0] + normals[1]));

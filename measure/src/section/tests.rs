@@ -1,4 +1,5 @@
-//! Curves through noise, where cells have every topology: held to marching squares on a fine grid in the plane, which knows nothing of cells.
+//! Curves through noise, where cells have every topology: held to marching squares on a fine grid in the plane, which knows nothing of
+//! cells.
 
 use super::curve::{Curve, chains};
 use super::plane::{InPlane, Plane};
@@ -44,8 +45,8 @@ fn by_squares(plane: &InPlane<'_>, step: f64) -> f64 {
 
 #[test]
 fn through_noise_no_curve_is_lost_and_none_jumps() {
-    // Fails if a root of a face is missing from one of its cells, a curve ends within the scan, entries and exits of a cell are joined the wrong way, or a piece leads
-    // from one branch to another; on planes along layers of samples and through rows of them, too.
+    // Fails if a root of a face is missing from one of its cells, a curve ends within the scan, entries and exits of a cell are joined the
+    // wrong way, or a piece leads from one branch to another; on planes along layers of samples and through rows of them, too.
     let mut random = Random(3);
     for n in 0..12 {
         let axes = if n % 2 == 0 { DMat3::IDENTITY } else { DMat3::from_axis_angle(DVec3::new(2.0, 1.0, -2.0) / 3.0, 0.9) };

@@ -7,7 +7,8 @@ const MARKS: &str = "kind,name,x_mm,y_mm,z_mm\nlandmark,nasion,0,-86.3,5.7\nland
 
 #[test]
 fn a_section_is_written_told_and_verified() {
-    // Fails if a form is missing, a column is not as wide as its table, the thicker frontal bone of B is not found, or a record that was tampered with is not found out.
+    // Fails if a form is missing, a column is not as wide as its table, the thicker frontal bone of B is not found, or a record that was
+    // tampered with is not found out.
     let folder = folder("sectioning");
     ok(&folder, "demo --size 64 --out .");
     std::fs::write(folder.join("marks.csv"), MARKS).unwrap();

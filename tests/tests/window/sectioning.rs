@@ -4,8 +4,8 @@ use super::*;
 
 #[test]
 fn a_section_is_measured_drawn_and_charted() {
-    // Fails if a section is measured without landmarks, the curve is not drawn, its order is not the list's, a station is not named under the mouse, or it is not kept
-    // with what was measured.
+    // Fails if a section is measured without landmarks, the curve is not drawn, its order is not the list's, a station is not named under
+    // the mouse, or it is not kept with what was measured.
     let mut window = open(Start::Demo);
     wait(&mut window, "the demo pair", |w| !w.is_loading());
     settle(&mut window);

@@ -77,7 +77,8 @@ impl SectionPanel {
         self.measured.as_ref()
     }
 
-    /// Takes what the thread brought, and gives the picture its curve while that is `seen` and of what is open; `Err` is a sentence for the person.
+    /// Takes what the thread brought, and gives the picture its curve while that is `seen` and of what is open; `Err` is a sentence for the
+    /// person.
     pub fn poll(&mut self, bench: &mut Bench, seen: bool) -> Result<(), String> {
         let found = self.job.as_ref().and_then(Job::poll);
         let mut told = Ok(());
