@@ -155,7 +155,7 @@ fn between_landmarks_the_curve_is_the_shorter_arc() {
 
 #[test]
 fn what_cannot_be_a_section_says_why() {
-    // Fails if a curve jumps from one surface to another, a landmark far away is taken, or points without a plane are.
+    // Fails if a curve jumps from one surface to another, a landmark far away is taken, points without a plane are, or it cannot be stopped.
     let two = sampled("two balls", &grid([81, 41, 41], [0.5; 3], DMat3::IDENTITY), |p| {
         (5.0 - p.distance(DVec3::new(-9.0, 0.0, 0.0))).max(5.0 - p.distance(DVec3::new(9.0, 0.0, 0.0)))
     });
@@ -171,6 +171,9 @@ fn what_cannot_be_a_section_says_why() {
     assert!(matches!(of(vec![left.clone(), left.clone()]), SectionError::NoPlane(_)));
     let beside = Plane::new(DVec3::new(0.0, 7.0, 0.0), DVec3::Y).unwrap();
     assert_eq!(line(&surface, &whole(beside)).unwrap_err(), SectionError::Nothing);
+    let (partners, progress) = (Partners::of(&surface, &Progress::default()).unwrap(), Progress::default());
+    progress.cancel();
+    assert!(matches!(Line::of(&surface, &partners, &whole(beside), &progress), Err(SectionError::Cancelled(_))));
     // One within reach is taken, and said to be off.
     let near = Path::Profile { landmarks: vec![left, named("near", DVec3::new(-9.0, 0.0, -6.0) + 0.5 * DVec3::Y)] };
     let line = line(&surface, &near).unwrap();
