@@ -105,11 +105,11 @@ pub fn reach_mm(volumes: [&Volume; 2]) -> f64 {
 }
 
 /// A scan's bone where it is put.
-struct Placed<'a> {
-    name: String,
-    volume: &'a Arc<Volume>,
-    iso: f64,
-    transform: DAffine3,
+pub(crate) struct Placed<'a> {
+    pub name: String,
+    pub volume: &'a Arc<Volume>,
+    pub iso: f64,
+    pub transform: DAffine3,
     residual_mm: Option<f64>,
     covariance: Option<&'a Covariance>,
     /// Its number among what is open, by which cuts know it.
@@ -117,13 +117,13 @@ struct Placed<'a> {
 }
 
 impl Placed<'_> {
-    fn of<'a>(opened: &'a Opened, index: usize) -> Placed<'a> {
+    pub fn of<'a>(opened: &'a Opened, index: usize) -> Placed<'a> {
         let Layer { iso, transform, residual_mm, ref covariance, .. } = opened.scene.layers[index];
         let volume = &opened.volumes[index];
         Placed { name: volume.name().into(), volume, iso, transform, residual_mm, covariance: covariance.as_ref(), index }
     }
 
-    fn registered(&self) -> Registered<'_> {
+    pub fn registered(&self) -> Registered<'_> {
         Registered { residual_mm: self.residual_mm, covariance: self.covariance }
     }
 }
@@ -187,7 +187,7 @@ pub fn measure(opened: &Opened, order: &Order, progress: &Progress) -> Result<Me
     Ok(Measured { order: order.clone(), reach_mm, moved, halves, notes })
 }
 
-fn surface(placed: &Placed<'_>) -> Result<Surface, GridError> {
+pub(crate) fn surface(placed: &Placed<'_>) -> Result<Surface, GridError> {
     Surface::new(placed.volume, placed.iso, placed.transform)
 }
 
@@ -229,7 +229,7 @@ fn asked(mesh: &Mesh, order: &Order, index: usize, back: &DAffine3) -> Vec<bool>
 }
 
 /// What the person should know of two scans that are compared.
-fn notes([a, b]: [&Placed<'_>; 2], by: By) -> Vec<String> {
+pub(crate) fn notes([a, b]: [&Placed<'_>; 2], by: By) -> Vec<String> {
     let thresholds = [a, b].map(|p| (p.name.as_str(), p.iso, p.volume.unit()));
     let mut notes: Vec<String> = unlike_thresholds(&thresholds).into_iter().collect();
     notes.extend(corrections(a.volume));

@@ -1,6 +1,7 @@
 //! What was measured, as sessions and exports keep it: with what it was measured on, so that anyone can measure it again.
 
 use crate::difference_order::{RecordedHalf, Told};
+use crate::section_order;
 use crate::source::Source;
 use crate::volumes_order::Order as VolumesOrder;
 use bregma_field::WorldPoint;
@@ -22,6 +23,8 @@ pub enum Measurement {
     Difference(Box<RecordedDifference>),
     /// Volumes of bone or of cavities.
     Volumes(Box<RecordedVolumes>),
+    /// Thickness and differences along a curve.
+    Section(Box<RecordedSection>),
     /// What this version does not know: it is kept as it was read.
     Other(Value),
 }
@@ -90,6 +93,16 @@ impl RecordedVolumes {
         let volume = |measure: &Value| Some((measure["what"].as_str()?.to_owned(), measure["volume_mm3"].as_f64()?));
         list("measures").chain(list("cavities").map(|cavity| &cavity["measure"])).filter_map(volume).collect()
     }
+}
+
+/// A section as sessions and exports keep it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RecordedSection {
+    /// What was asked for and found.
+    pub section: section_order::Told,
+    /// What it was made by and on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub made_by: Option<Origin>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -196,6 +209,7 @@ impl Serialize for Measurement {
             Self::Ray(ray) => serde_json::to_value(ray).map_err(Error::custom)?.serialize(serializer),
             Self::Difference(difference) => serde_json::to_value(difference).map_err(Error::custom)?.serialize(serializer),
             Self::Volumes(volumes) => serde_json::to_value(volumes).map_err(Error::custom)?.serialize(serializer),
+            Self::Section(section) => serde_json::to_value(section).map_err(Error::custom)?.serialize(serializer),
             Self::Other(value) => value.serialize(serializer),
         }
     }

@@ -2,8 +2,9 @@
 
 use crate::date::now;
 use crate::difference::{self, DifferenceError};
-use crate::measurement::{MeasuredScan, Measurement, Origin, RecordedDifference, RecordedVolumes};
+use crate::measurement::{MeasuredScan, Measurement, Origin, RecordedDifference, RecordedSection, RecordedVolumes};
 use crate::opened::{InputError, Opened};
+use crate::section::{self, SectionError};
 use crate::source::Source;
 use crate::volumes;
 use bregma_field::{GridError, Progress};
@@ -12,6 +13,7 @@ use bregma_measure::volumes::VolumesError;
 use bregma_measure::{DifferenceRay, probe, probe_cut};
 use bregma_renderer::Ray;
 use serde::Deserialize;
+use std::collections::HashMap;
 use std::io;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -158,6 +160,9 @@ pub enum VerifyError {
     /// Volumes that are not known any more.
     #[error(transparent)]
     Volumes(#[from] VolumesError),
+    /// A section that cannot be measured any more.
+    #[error(transparent)]
+    Section(#[from] SectionError),
     /// A registration that flattens a scan.
     #[error("{name}: {reason}")]
     Grid {
@@ -170,6 +175,8 @@ pub enum VerifyError {
 
 /// Lengths are the same to this, mm: the last digits depend on how a compiler orders sums.
 const SAME_MM: f64 = 1e-9;
+/// Numbers along a curve are the same to this, mm: a partner's place is settled to so much of a voxel.
+const SAME_ALONG_MM: f64 = 1e-6;
 
 /// Volumes are the same to this part of themselves, for the same reason.
 const SAME_VOLUME: f64 = 1e-9;
@@ -189,6 +196,7 @@ impl Verifier {
             Measurement::Ray(recorded) => recorded,
             Measurement::Difference(recorded) => return self.verify_difference(recorded, folder),
             Measurement::Volumes(recorded) => return self.verify_volumes(recorded, folder),
+            Measurement::Section(recorded) => return self.verify_section(recorded, folder),
             Measurement::Other(_) => return Err(VerifyError::NoOrigin(unnamed())),
         };
         let name = recorded.name.clone().unwrap_or_else(unnamed);
@@ -213,17 +221,9 @@ impl Verifier {
             return Err(VerifyError::Count { measured: order.pair[0].max(order.pair[1]) + 1, there: opened.volumes.len() });
         }
         let now = difference::measure(opened, order, &Progress::default())?.record(None);
-        let judged = recorded.numbers().into_iter().map(|(what, was_mm)| {
-            let is = now.numbers().into_iter().find(|(other, _)| *other == what).map(|(_, is)| is);
-            let verdict = match is {
-                // Sums over as many areas as a surface has points are good to fewer digits than one length.
-                Some(is) if (was_mm - is).abs() <= SAME_MM * (1.0 + was_mm.abs()) => Verdict::Holds,
-                Some(is_mm) => Verdict::Differs { was: was_mm, is: is_mm },
-                None => Verdict::Gone("there is no such surface now"),
-            };
-            Judged { what: format!("{name}, {what}"), unit: Unit::Mm, verdict }
-        });
-        Ok((judged.collect(), vec![]))
+        // Sums over as many areas as a surface has points are good to fewer digits than one length.
+        let is_same = |was_mm: f64, is: f64| (was_mm - is).abs() <= SAME_MM * (1.0 + was_mm.abs());
+        Ok((judge_numbers(name, recorded.numbers(), now.numbers(), is_same), vec![]))
     }
 
     /// Measures volumes again.
@@ -242,6 +242,16 @@ impl Verifier {
             Judged { what, unit: Unit::Mm3, verdict }
         });
         Ok((judged.collect(), vec![]))
+    }
+
+    /// Measures a section again: a judgement for its length and for each number at each of its stations.
+    fn verify_section(&mut self, recorded: &RecordedSection, folder: &Path) -> Result<(Vec<Judged>, Vec<String>), VerifyError> {
+        let name = "the section";
+        let origin = recorded.made_by.as_ref().ok_or_else(|| VerifyError::NoOrigin(name.into()))?;
+        let opened = self.open(origin, folder)?;
+        let now = section::measure(opened, &recorded.section.order, &Progress::default())?.told;
+        let is_same = |was_mm: f64, is: f64| (was_mm - is).abs() <= SAME_ALONG_MM;
+        Ok((judge_numbers(name, recorded.section.numbers(), now.numbers(), is_same), vec![]))
     }
 
     /// The scans of a record as they were measured.
@@ -272,6 +282,28 @@ pub(crate) fn open(origin: &Origin, folder: &Path) -> Result<Opened, VerifyError
         Some((_, source)) => Err(VerifyError::Changed(source.file.clone())),
         None => Ok(opened),
     }
+}
+
+/// Each number that was recorded, or is measured now, by its name.
+fn judge_numbers(name: &str, was: Vec<(String, f64)>, is: Vec<(String, f64)>, is_same: impl Fn(f64, f64) -> bool) -> Vec<Judged> {
+    let mut now: HashMap<String, f64> = is.into_iter().collect();
+    let known = was.into_iter().map(|(what, was_mm)| {
+        let verdict = match now.remove(&what) {
+            Some(is_mm) if is_same(was_mm, is_mm) => Verdict::Holds,
+            Some(is_mm) => Verdict::Differs { was: was_mm, is: is_mm },
+            None => Verdict::Gone("there is no such number now"),
+        };
+        Judged { what: format!("{name}, {what}"), unit: Unit::Mm, verdict }
+    });
+    let mut judged: Vec<Judged> = known.collect();
+    let mut others: Vec<String> = now.into_keys().collect();
+    others.sort();
+    judged.extend(others.into_iter().map(|what| Judged {
+        what: format!("{name}, {what}"),
+        unit: Unit::Mm,
+        verdict: Verdict::Gone("it was not recorded"),
+    }));
+    judged
 }
 
 /// Each length that was recorded, or is measured now, in each scan.

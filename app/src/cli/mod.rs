@@ -49,6 +49,7 @@ fn run(command: &Command, Common { backend, .. }: &Common) -> Result<(), Command
         Command::Thickness(args) => commands::thickness(args, machine),
         Command::Difference(args) if args.each || args.all_pairs => commands::differences(args, machine),
         Command::Difference(args) => commands::difference(args, machine),
+        Command::Section(args) => commands::section(args),
         Command::Volume(args) => commands::volume(args),
         Command::Orient(args) => commands::orient(args),
         Command::Register(args) => commands::register(args),

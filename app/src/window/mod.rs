@@ -192,6 +192,11 @@ impl Workstation {
         self.panels.differences.coat().map(|coat| &*coat.measured)
     }
 
+    /// The finished section.
+    pub fn section(&self) -> Option<&bregma_session::section::Measured> {
+        self.panels.section.measured().map(|measured| &**measured)
+    }
+
     /// The registrations that are kept.
     pub fn poses(&self) -> &[bregma_session::KeptPose] {
         &self.bench.work.opened.poses

@@ -5,6 +5,7 @@
 mod differing;
 mod measuring;
 mod registering;
+mod sectioning;
 mod volumes;
 
 use serde_json::Value;

@@ -22,6 +22,7 @@ mod measuring;
 mod opening;
 mod preferring;
 mod registering;
+mod sectioning;
 mod sheet;
 mod slices;
 mod stage;

@@ -22,6 +22,7 @@ mod register;
 mod registered;
 mod scan;
 mod scans;
+mod section;
 mod shells;
 mod slices;
 mod stretches;
@@ -48,6 +49,7 @@ use looks::LooksPanel;
 use ray_form::RayForm;
 use register::RegisterPanel;
 use scan::ScanPanel;
+use section::SectionPanel;
 use std::sync::Arc;
 use thickness::ThicknessPanel;
 use upright::UprightPanel;
@@ -72,6 +74,8 @@ pub struct Panels {
     /// The map of differences.
     pub differences: DifferencesPanel,
     volumes: VolumesPanel,
+    /// Thickness along a curve.
+    pub section: SectionPanel,
     register: RegisterPanel,
     /// How one scan is held.
     upright: UprightPanel,
@@ -90,6 +94,7 @@ enum Tab {
     #[default]
     Rays,
     Landmarks,
+    Section,
     Thickness,
     Differences,
     Volumes,
@@ -137,7 +142,7 @@ const PLAIN: Panel =
 
 const NONE: Modifiers = Modifiers::NONE;
 
-const PANELS: [Panel; 17] = [
+const PANELS: [Panel; 18] = [
     Panel {
         place: Place::Left,
         show: |p, bench, ui| {
@@ -177,6 +182,13 @@ const PANELS: [Panel; 17] = [
         commands: &[Command::new(Menu::Measure, "Landmark", &[(NONE, Key::L)], |p, b, _| p.take(b, Tool::Landmark))],
         show: |_, bench, ui| landmarks::show(ui, bench),
         count: |bench| bench.work.measured.landmarks.len(),
+        ..PLAIN
+    },
+    Panel {
+        place: Place::Right(Tab::Section, "Section"),
+        commands: &[Command::new(Menu::Measure, "Section…", &[], |p, _, _| p.open(Tab::Section))],
+        poll: |p, bench| p.section.poll(bench, p.tab == Tab::Section),
+        show: |p, bench, ui| p.section.show(ui, bench),
         ..PLAIN
     },
     Panel {

@@ -203,6 +203,8 @@ impl SliceView {
         for (rect, size) in panes {
             let hand = Hand { plane, screen: Screen { camera: &camera, rect, size }, step_mm };
             hand.marks(ui, work, found);
+            let near = |point_mm: DVec3| hand.is_near(work, point_mm);
+            picture.section.iter().for_each(|curve| curve.on_slice(&ui.painter_at(rect), &hand.screen, near));
             under = under.or_else(|| response.hover_pos().filter(|at| rect.contains(*at)).map(|at| hand.point(at)));
         }
         told.map(|()| under)
