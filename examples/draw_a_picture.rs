@@ -4,7 +4,7 @@
 
 use bregma_field::Progress;
 use bregma_renderer::{Camera, CpuRenderer, Mode, Renderer};
-use bregma_session::output::write_png;
+use bregma_session::print::write_picture;
 use bregma_session::{Opened, Source};
 use std::error::Error;
 use std::path::Path;
@@ -19,7 +19,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     opened.scene.mode = Mode::Overlay;
     opened.scene.camera = Camera::orbit(&opened.bounds(), 35.0, 12.0);
     let picture = CpuRenderer::default().render(&opened.volumes, &opened.scene, 640, 480)?;
-    write_png(Path::new(&out), &picture)?;
+    write_picture(Path::new(&out), &picture)?;
     let hit = picture.volume_id.iter().filter(|id| **id > 0).count();
     println!("{out}: {hit} of {} pixels show bone", picture.rgba.len());
     Ok(())

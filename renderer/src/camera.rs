@@ -151,12 +151,15 @@ impl Camera {
     /// ```
     pub fn framing(points: &[DVec3], azimuth_deg: f64, elevation_deg: f64, aspect: f64) -> Self {
         let unit = Bounds { centre_mm: points.first().copied().unwrap_or_default(), radius_mm: 1.0 };
-        let mut camera = Self::orbit(&unit, azimuth_deg, elevation_deg);
+        Self::orbit(&unit, azimuth_deg, elevation_deg).framed(points, aspect)
+    }
+
+    /// The same from where this perspective camera looks.
+    pub fn framed(&self, points: &[DVec3], aspect: f64) -> Self {
+        let mut camera = *self;
         let Basis { right, up, forward } = camera.basis();
-        if points.is_empty() {
-            return camera;
-        }
-        let along = |axis: DVec3| points.iter().map(move |p| (*p - unit.centre_mm).dot(axis));
+        let Some(first) = points.first().copied() else { return camera };
+        let along = |axis: DVec3| points.iter().map(move |p| (*p - first).dot(axis));
         // The distance that an axis asks for, and the middle of what is seen along it.
         let fitted = |axis: DVec3, tangent: f64| {
             let farthest =
@@ -167,7 +170,7 @@ impl Camera {
         let half = 0.95 * camera.half_height();
         let [(wide, x), (high, y)] = [fitted(right, half * aspect), fitted(up, half)];
         let (nearest, farthest) = along(forward).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), z| (a.min(z), b.max(z)));
-        let foot = unit.centre_mm + x * right + y * up;
+        let foot = first + x * right + y * up;
         // No point lies on the eye's own plane.
         camera.eye_mm = foot - wide.max(high).max(1e-3 - nearest) * forward;
         camera.target_mm = foot + 0.5 * (nearest + farthest) * forward;

@@ -475,6 +475,11 @@ impl Scene {
         self.mode.uses(Setting::Depths)
     }
 
+    /// Whether surfaces that agree are drawn as one.
+    pub fn tells_agreement(&self) -> bool {
+        self.mode.uses(Setting::Agreement)
+    }
+
     /// Whether rays go on from crossing to crossing.
     pub(crate) fn goes_through_surfaces(&self) -> bool {
         self.mode.gather() == Gather::Crossings

@@ -57,6 +57,18 @@ impl Still {
         self.samples += 1;
     }
 
+    /// The pixels' middles: depths, volumes and values, and the colours that are seen through them.
+    pub fn middles(&self) -> &Picture {
+        &self.first
+    }
+
+    /// The mean as light that is not rounded to bytes: linear, premultiplied with the opacity, which is last.
+    pub fn light(&self) -> Vec<Vec4> {
+        let part = 1.0 / self.samples as f32;
+        let more = |n: usize| self.more.get(n).map_or(Vec4::ZERO, |more| *more * part);
+        self.first.rgba.par_iter().enumerate().map(|(n, pixel)| light_of(*pixel) + more(n)).collect()
+    }
+
     /// The mean.
     pub fn picture(&self) -> Picture {
         let mut picture = self.first.clone();

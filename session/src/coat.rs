@@ -1,9 +1,9 @@
 //! Colours that a surface wears in a picture: those of a map of it.
 
+use crate::print::Legend;
 use bregma_field::WorldPoint;
 use bregma_renderer::{Color, Light, Picture, Reconstruction, Scene, stroke};
 use fast_srgb8::{f32_to_srgb8, srgb8_to_f32};
-use std::error::Error;
 use std::fmt::Debug;
 
 /// A map with its colours, for the picture.
@@ -17,8 +17,8 @@ pub trait Coat: Debug + Send + Sync {
     /// What the map says at a point of its surface, in words.
     fn told_at(&self, point: WorldPoint) -> Option<String>;
 
-    /// The painted picture with its legend.
-    fn figure(&self, picture: &Picture) -> Result<Figure, Box<dyn Error>>;
+    /// What its colours mean, on paper.
+    fn legend(&self) -> Legend;
 }
 
 /// RGB pixels, their width and their height.

@@ -1,7 +1,7 @@
 //! Two scans compared by two pictures of one view, each with one of them.
 
 use bregma_field::Volume;
-use bregma_renderer::{Contour, Picture, RenderError, Renderer, Scene};
+use bregma_renderer::{Contour, Picture, RenderError, Renderer, Scene, Still};
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 use std::sync::Arc;
@@ -156,13 +156,30 @@ impl Compare {
         volumes: &[Arc<Volume>],
         scene: &Scene,
         pair: Option<[usize; 2]>,
-        [width, height]: [u32; 2],
+        size: [u32; 2],
         samples: u32,
     ) -> Result<Picture, RenderError> {
+        let mut still = Still::of(self.sample(renderer, volumes, scene, pair, size, 0)?);
+        while still.samples() < samples && !scene.is_slice() {
+            still.add(&self.sample(renderer, volumes, scene, pair, size, still.samples())?);
+        }
+        Ok(still.picture())
+    }
+
+    /// The same through point number `sample` of each pixel.
+    pub fn sample(
+        self,
+        renderer: &mut dyn Renderer,
+        volumes: &[Arc<Volume>],
+        scene: &Scene,
+        pair: Option<[usize; 2]>,
+        [width, height]: [u32; 2],
+        sample: u32,
+    ) -> Result<Picture, RenderError> {
         let parts = self.parts(scene, pair, [width, height]);
-        let drawn: Result<Vec<_>, _> = parts.iter().map(|(scene, size)| renderer.still(volumes, scene, *size, samples)).collect();
+        let mut drawn = parts.iter().map(|(scene, size)| renderer.sample(volumes, scene, *size, sample)).collect::<Result<Vec<_>, _>>()?;
         // There always is a part.
-        self.join(&drawn?, 0.0).ok_or(RenderError::NoPixels { width, height })
+        if drawn.len() == 1 { Ok(drawn.remove(0)) } else { self.join(&drawn, 0.0).ok_or(RenderError::NoPixels { width, height }) }
     }
 }
 

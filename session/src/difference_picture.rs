@@ -3,6 +3,7 @@
 use crate::chart::fonts::{FONT, fonts};
 use crate::coat::{self, Coat, Figure, dye, share, white};
 use crate::difference::{Half, Measured};
+use crate::print::Legend;
 use bregma_field::crossings::{self, Kind};
 use bregma_field::{Ray, WorldPoint};
 use bregma_measure::difference::Statistics;
@@ -205,7 +206,26 @@ impl Coat for DifferenceCoat {
         }
     }
 
-    fn figure(&self, picture: &Picture) -> Result<Figure, Box<dyn Error>> {
+    fn legend(&self) -> Legend {
+        let range_mm = self.scale.range_mm;
+        Legend::between(self.measured.legend(), [-range_mm, range_mm], |mm| self.scale.color(mm as f32, 0.0))
+    }
+}
+
+/// The picture alone.
+pub fn without_legend((rgb, width, height): Figure) -> Figure {
+    let narrow = width.saturating_sub(LEGEND);
+    let row = |n: u32| &rgb[(n * width) as usize * 3..][..narrow as usize * 3];
+    ((0..height).flat_map(row).copied().collect(), narrow, height)
+}
+
+/// Width of the legend beside the picture, and height of its bar of colours.
+const LEGEND: u32 = 270;
+const BAR: i32 = 200;
+
+impl DifferenceCoat {
+    /// The painted picture with its legend and its statistics.
+    pub fn figure(&self, picture: &Picture) -> Result<Figure, Box<dyn Error>> {
         fonts();
         let statistics = self.half().statistics.as_ref();
         let lines = [words(&self.measured.legend()), vec![String::new()], words(&format!("on {}", self.half().name))].concat();
@@ -228,20 +248,7 @@ impl Coat for DifferenceCoat {
         }
         Ok(coat::beside(picture, rgb, width, height))
     }
-}
 
-/// The picture alone.
-pub fn without_legend((rgb, width, height): Figure) -> Figure {
-    let narrow = width.saturating_sub(LEGEND);
-    let row = |n: u32| &rgb[(n * width) as usize * 3..][..narrow as usize * 3];
-    ((0..height).flat_map(row).copied().collect(), narrow, height)
-}
-
-/// Width of the legend beside the picture, and height of its bar of colours.
-const LEGEND: u32 = 270;
-const BAR: i32 = 200;
-
-impl DifferenceCoat {
     /// The colours with their millimetres, and beside them how much of the surface differs by that.
     fn bar<B: DrawingBackend>(
         &self,

@@ -25,6 +25,7 @@ mod opened;
 pub mod output;
 mod poses;
 pub mod presets;
+pub mod print;
 pub mod record;
 pub mod register;
 pub mod save;
@@ -37,6 +38,7 @@ mod source;
 pub mod thickness;
 pub mod thickness_picture;
 mod under;
+pub mod views;
 pub mod volumes;
 mod volumes_order;
 

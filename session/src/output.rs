@@ -34,45 +34,13 @@ pub fn write_whole(file: &Path, bytes: &[u8]) -> Result<(), OutputError> {
     written.map_err(|reason| OutputError { file: file.to_owned(), reason })
 }
 
-/// Writes a picture as PNG, sRGB with alpha.
-pub fn write_png(file: &Path, picture: &Picture) -> Result<(), OutputError> {
-    write_pixels(file, picture.width, picture.height, png::ColorType::Rgba, picture.rgba.as_flattened())
-}
-
-/// Writes a figure as PNG, sRGB without alpha: 3 bytes a pixel.
-pub fn write_figure(file: &Path, (rgb, width, height): (Vec<u8>, u32, u32)) -> Result<(), OutputError> {
-    write_pixels(file, width, height, png::ColorType::Rgb, &rgb)
-}
-
-/// A figure that [`write_figure`] wrote.
+/// A figure that was written as PNG: RGB, 8 bits.
 pub fn read_figure(file: &Path) -> Result<(Vec<u8>, u32, u32), png::DecodingError> {
     let mut reader = png::Decoder::new(BufReader::new(File::open(file)?)).read_info()?;
     let mut rgb = vec![0; reader.output_buffer_size().unwrap_or_default()];
     let info = reader.next_frame(&mut rgb)?;
     let is_figure = (info.color_type, info.bit_depth) == (png::ColorType::Rgb, png::BitDepth::Eight);
     if is_figure { Ok((rgb, info.width, info.height)) } else { Err(io::Error::other("it is no figure of this program").into()) }
-}
-
-/// A figure as the bytes of a PNG.
-pub fn figure_png((rgb, width, height): &(Vec<u8>, u32, u32)) -> Result<Vec<u8>, png::EncodingError> {
-    encoded(*width, *height, png::ColorType::Rgb, rgb)
-}
-
-fn encoded(width: u32, height: u32, color: png::ColorType, pixels: &[u8]) -> Result<Vec<u8>, png::EncodingError> {
-    let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, width, height);
-    encoder.set_color(color);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(pixels)?;
-    writer.finish()?;
-    Ok(bytes)
-}
-
-fn write_pixels(file: &Path, width: u32, height: u32, color: png::ColorType, pixels: &[u8]) -> Result<(), OutputError> {
-    let bytes = encoded(width, height, color, pixels).map_err(|e| OutputError { file: file.to_owned(), reason: io::Error::other(e) })?;
-    write_whole(file, &bytes)
 }
 
 /// Writes a [height, width] array as NPY 1.0; `kind` is NumPy's type, such as `<f4` or `|u1`, and `bytes` are its rows.

@@ -1,12 +1,12 @@
 //! What is saved in the form that its file's name asks for.
 
 use crate::chart;
-use crate::coat::Coat;
 use crate::difference_picture::DifferenceCoat;
 use crate::difference_report::html;
 use crate::measurement::Measurement;
 use crate::measurement::Origin;
-use crate::output::{OutputError, write_figure, write_png, write_whole};
+use crate::output::{OutputError, write_whole};
+use crate::print::{FileError, write_figure};
 use crate::section::Measured;
 use crate::thickness::ThicknessCoat;
 use bregma_measure::corrections;
@@ -14,7 +14,6 @@ use bregma_measure::csv::{self, Made};
 use bregma_measure::export::{self, Named};
 use bregma_measure::landmarks::{self, Landmark};
 use bregma_measure::table_style::{TableStyle, styled};
-use bregma_renderer::Picture;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -32,17 +31,12 @@ pub enum SaveError {
         /// The endings that say one.
         forms: &'static str,
     },
+    /// A picture that cannot be written.
+    #[error(transparent)]
+    Picture(#[from] FileError),
     /// A chart that cannot be drawn.
     #[error("{}: the chart cannot be drawn ({reason}); save the table", file.display())]
     Chart {
-        /// The file.
-        file: PathBuf,
-        /// What went wrong.
-        reason: Box<dyn std::error::Error>,
-    },
-    /// A figure that cannot be drawn.
-    #[error("{}: the legend cannot be drawn ({reason}); hide the map and save the picture alone", file.display())]
-    Legend {
         /// The file.
         file: PathBuf,
         /// What went wrong.
@@ -139,7 +133,7 @@ pub fn section(file: &Path, measured: &Measured, made: &Made, made_by: Option<&O
     let name = lower_name(file);
     let unplotted = |reason| SaveError::Chart { file: file.to_owned(), reason };
     if name.ends_with(".png") {
-        Ok(write_figure(file, chart::section::pixels(&measured.told).map_err(unplotted)?)?)
+        Ok(write_figure(file, &chart::section::pixels(&measured.told).map_err(unplotted)?)?)
     } else if name.ends_with(".svg") {
         Ok(write_whole(file, chart::section::svg(&measured.told).map_err(unplotted)?.as_bytes())?)
     } else if name.ends_with(".csv") {
@@ -150,13 +144,6 @@ pub fn section(file: &Path, measured: &Measured, made: &Made, made_by: Option<&O
     } else {
         Err(SaveError::Form { file: file.to_owned(), forms: ".png, .svg, .csv or .json" })
     }
-}
-
-/// Saves a picture as PNG; one that is painted with a map, with its legend.
-pub fn picture(file: &Path, picture: &Picture, coat: Option<&dyn Coat>) -> Result<(), SaveError> {
-    let Some(coat) = coat else { return Ok(write_png(file, picture)?) };
-    let figure = coat.figure(picture).map_err(|reason| SaveError::Legend { file: file.to_owned(), reason })?;
-    Ok(write_figure(file, figure)?)
 }
 
 #[cfg(test)]

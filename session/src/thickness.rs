@@ -1,15 +1,15 @@
 //! How thick the bone of a scan is, over its whole surface or a patch of it.
 
-use crate::coat::{self, Coat, Figure};
+use crate::coat::{self, Coat};
 use crate::opened::Opened;
-use crate::thickness_picture::{Scale, figure};
+use crate::print::Legend;
+use crate::thickness_picture::Scale;
 use bregma_field::{Cancelled, GridError, Progress, Region, Volume, WorldPoint};
 use bregma_measure::mesh::Mesh;
 use bregma_measure::numbers::fixed;
 use bregma_measure::thickness::{self, Method, Statistics, cell_at};
 use bregma_renderer::{Clip, Layer, Picture, Scene, Surface, named};
 use glam::{DAffine3, DVec3};
-use std::error::Error;
 use std::sync::Arc;
 use thiserror::Error;
 
@@ -111,8 +111,8 @@ impl Coat for ThicknessCoat {
         (!mm.is_nan()).then(|| format!("thickness {} mm", fixed(f64::from(mm), 2)))
     }
 
-    fn figure(&self, picture: &Picture) -> Result<Figure, Box<dyn Error>> {
-        figure(picture, &self.map.title, &self.scale, &self.map.statistics)
+    fn legend(&self) -> Legend {
+        Legend::between(format!("{}, mm", self.map.title), self.scale.ends_mm, |mm| self.scale.color(mm as f32))
     }
 }
 

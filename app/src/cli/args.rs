@@ -1,10 +1,12 @@
 //! The command line: what is agreed in `bregma --help`.
 
+use super::camera_args::CameraArgs;
 use super::look::LookArgs;
 use super::parsers::{
-    Background, Plane, Seed, VolumeFile, background, ball, corners, disc, field_of_view, number, one_of, pair, part, plane, point,
-    positive, registration_file, seed, size, solver, two_scans, volume_file,
+    Background, Seed, VolumeFile, background, ball, corners, disc, number, one_of, pair, part, point, positive, registration_file, seed,
+    size, solver, two_scans, volume_file,
 };
+use super::print_args::PrintArgs;
 use super::sources::Sources;
 use bregma_measure::volumes::cavity::Disc;
 use bregma_register::Part;
@@ -71,7 +73,7 @@ pub enum Command {
     Convert(ConvertArgs),
     /// Draw one picture
     #[command(
-        after_help = "Examples:\n  bregma render skull.nrrd --iso 300 --out skull.png\n  bregma render a.nii.gz --transform a-to-b.json b.nii.gz --mode overlay --orbit 40,10 --size 1600x1200 --out pair.png\n  bregma render skull.nrrd --eye 0,-600,0 --target 0,0,0 --fov 25 --depth depth.npy --out skull.png"
+        after_help = "Examples:\n  bregma render skull.nrrd --iso 300 --out skull.png\n  bregma render a.nii.gz --transform a-to-b.json b.nii.gz --mode overlay --orbit 40,10 --size 1600x1200 --out pair.png\n  bregma render skull.nrrd --eye 0,-600,0 --target 0,0,0 --fov 25 --depth depth.npy --out skull.png\n  bregma render skull.nrrd points.mrk.json --view frontalis --frankfurt --print 85x100 --dpi 600 --bar 50 --letters --label A --out fig1.tif\n  bregma render skull.nrrd --plate frontalis,lateralis-sinistra,verticalis --print 180x70 --bar auto --label A --out fig2.pdf"
     )]
     Render(Box<RenderArgs>),
     /// Cast the difference ray: crossings, bone segments and their lengths
@@ -79,9 +81,9 @@ pub enum Command {
         after_help = "Examples:\n  bregma probe a.nrrd b.nrrd --iso 226 --origin 0,-200,40 --direction 0,1,0\n  bregma probe skull.nrrd --origin 0,-200,40 --toward 0,0,40 --format json\n  bregma probe skull.nrrd --rays rays.csv --format csv"
     )]
     Probe(ProbeArgs),
-    /// Measure again what a session or an export records, and say which lengths still hold
+    /// Measure again what a session or an export records, or draw a picture again, and say what still holds
     #[command(
-        after_help = "Examples:\n  bregma probe skull.nrrd --origin 0,-200,40 --toward 0,0,40 --format json >ray.json\n  bregma verify ray.json"
+        after_help = "Examples:\n  bregma verify fig1.tif\n  bregma probe skull.nrrd --origin 0,-200,40 --toward 0,0,40 --format json >ray.json\n  bregma verify ray.json"
     )]
     Verify(VerifyArgs),
     /// Map how thick the bone is over the whole surface: CSV, PLY, JSON and a picture
@@ -170,8 +172,8 @@ pub struct Isovalues {
 pub struct RenderArgs {
     /// The scans.
     #[command(flatten)]
-    pub sources: Sources<1>,
-    /// The picture, PNG
+    pub sources: Sources<0>,
+    /// The picture: .png, .tif, .exr, .jpg, .pdf or .svg
     #[arg(long, value_name = "P.png")]
     pub out: PathBuf,
     /// Isovalues.
@@ -180,12 +182,13 @@ pub struct RenderArgs {
     /// How surfaces are put together
     #[arg(long, value_parser = one_of::<Mode>())]
     pub mode: Option<Mode>,
-    /// Pixels
-    #[arg(long, value_name = "WxH", value_parser = size, default_value = "512x512")]
-    pub size: (u32, u32),
-    /// Points of each pixel whose light is averaged: edges without steps; depths and values stay those of the pixels' middles
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SAMPLES)), default_value_t = 1)]
-    pub samples: u32,
+    /// Pixels [default: 512x512]
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub size: Option<(u32, u32)>,
+    /// Points of each pixel whose light is averaged: edges without steps; depths and values stay those of the pixels' middles [default: 1, of
+    /// prints 16]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SAMPLES)))]
+    pub samples: Option<u32>,
     /// How roots are found: exact [default], linear, neubauer[:2|3|4], marmitt[:2|3|4], analytic, step:1|0.5|0.25|0.125, filter (GPU)
     #[arg(long, value_name = "NAME", value_parser = solver)]
     pub solver: Option<Solver>,
@@ -198,12 +201,15 @@ pub struct RenderArgs {
     /// Which two scans --compare is of, by their numbers from 1 [default: the first two]
     #[arg(long, value_name = "N,M", value_parser = two_scans, requires = "compare")]
     pub pair: Option<[usize; 2]>,
-    /// RRGGBB or transparent
-    #[arg(long, value_name = "HEX", value_parser = background)]
+    /// Behind the bone: RRGGBB, white, or clear (transparent) [default: dark, of prints white]
+    #[arg(long, visible_alias = "ground", value_name = "HEX|white|clear", value_parser = background)]
     pub background: Option<Background>,
     /// The camera.
     #[command(flatten)]
     pub camera: CameraArgs,
+    /// On paper.
+    #[command(flatten)]
+    pub print: PrintArgs,
     /// Distance along each pixel's ray to the first surface drawn, mm: NPY float32, NaN where none
     #[arg(long, value_name = "P.npy")]
     pub depth: Option<PathBuf>,
@@ -213,33 +219,6 @@ pub struct RenderArgs {
     /// What max, min, mean, xray or slice (of its first scan) has in each pixel: NPY float32, NaN where none
     #[arg(long, value_name = "P.npy")]
     pub values: Option<PathBuf>,
-}
-
-/// The camera, LPS mm.
-#[derive(Debug, Args)]
-pub struct CameraArgs {
-    /// Where the viewer stands
-    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, conflicts_with = "orbit")]
-    pub eye: Option<DVec3>,
-    /// What the centre of the picture shows; the middle of the scans when absent
-    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, requires = "eye")]
-    pub target: Option<DVec3>,
-    /// A direction that points up in the picture [default: 0,0,1]
-    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
-    pub up: Option<DVec3>,
-    /// Vertical field of view, degrees [default: 30]
-    #[arg(long, value_name = "DEG", value_parser = field_of_view, conflicts_with = "ortho")]
-    pub fov: Option<f64>,
-    /// Parallel projection; height of the view, mm
-    #[arg(long, value_name = "MM", value_parser = positive)]
-    pub ortho: Option<f64>,
-    /// Azimuth and elevation around the scans, degrees; 0,0 looks at the face, 90,0 at the left side
-    #[arg(long, value_name = "AZ,EL", value_parser = pair, allow_hyphen_values = true)]
-    pub orbit: Option<(f64, f64)>,
-    /// Onto a plane, for --mode slice: axial, coronal or sagittal through the middle of the scans or, behind @, at a place along its axis (S, P
-    /// or L, mm); or the plane n·x = D [default: axial]
-    #[arg(long, value_name = "NAME[@MM]|NX,NY,NZ,D", value_parser = plane, allow_hyphen_values = true, conflicts_with_all = ["orbit", "eye", "fov"])]
-    pub plane: Option<Plane>,
 }
 
 /// `bregma probe`.
@@ -287,7 +266,7 @@ pub enum ProbeFormat {
 /// `bregma verify`.
 #[derive(Debug, Args)]
 pub struct VerifyArgs {
-    /// Sessions, or what `bregma probe --format json` wrote
+    /// Sessions, what `bregma probe --format json` wrote, or pictures that `bregma render` wrote
     #[arg(value_name = "FILE", required = true)]
     pub files: Vec<PathBuf>,
     /// Tell also those that hold

@@ -12,10 +12,12 @@ use bregma_session::difference::DifferenceError;
 use bregma_session::looks::LookError;
 use bregma_session::output::{FolderError, OutputError};
 use bregma_session::presets::PresetError;
+use bregma_session::print::{FileError, PrintError, record};
 use bregma_session::record::{RecordError, VerifyError};
 use bregma_session::register::RegisterError;
 use bregma_session::save::SaveError;
 use bregma_session::section::SectionError;
+use bregma_session::views::HoldError;
 use std::io;
 use std::path::PathBuf;
 use thiserror::Error;
@@ -32,6 +34,42 @@ pub enum CommandError {
     /// Something could not be written.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// A picture could not be written.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// A print that cannot be.
+    #[error(transparent)]
+    Print(#[from] PrintError),
+    /// A skull that cannot be held for a view.
+    #[error(transparent)]
+    Hold(#[from] HoldError),
+    /// A picture that cannot be drawn again.
+    #[error(transparent)]
+    Redraw(#[from] record::AgainError),
+    /// Pictures that are others now.
+    #[error("{lost} of {all} pictures are not what is drawn of them now; draw them again")]
+    LostPictures {
+        /// Those that differ.
+        lost: usize,
+        /// All that were drawn again.
+        all: usize,
+    },
+    /// A picture that a publisher would send back.
+    #[error("the picture is not as {journal} asks for it: {}", faults.join("; "))]
+    Journal {
+        /// The publisher.
+        journal: &'static str,
+        /// What is wrong, and what to do.
+        faults: Vec<String>,
+    },
+    /// A list of pictures that cannot be used.
+    #[error("{}: {reason}", file.display())]
+    Plate {
+        /// The list.
+        file: PathBuf,
+        /// What is wrong with it, and what to do.
+        reason: String,
+    },
     /// A scan could not be written.
     #[error(transparent)]
     Scan(#[from] WriteError),

@@ -1,11 +1,13 @@
 //! The command line.
 
 mod args;
+mod camera_args;
 mod commands;
 mod error;
 mod look;
 mod opening;
 mod parsers;
+mod print_args;
 mod sources;
 mod terminal;
 
@@ -45,7 +47,7 @@ fn run(command: &Command, Common { backend, .. }: &Common) -> Result<(), Command
         Command::Convert(args) => commands::convert(args),
         Command::Render(args) => commands::render(args, machine),
         Command::Probe(args) => commands::probe(args),
-        Command::Verify(args) => commands::verify(args),
+        Command::Verify(args) => commands::verify(args, machine),
         Command::Thickness(args) => commands::thickness(args, machine),
         Command::Difference(args) if args.each || args.all_pairs => commands::differences(args, machine),
         Command::Difference(args) => commands::difference(args, machine),

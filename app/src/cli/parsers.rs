@@ -215,7 +215,11 @@ pub fn color(text: &str) -> Result<Color, String> {
 }
 
 pub fn background(text: &str) -> Result<Background, String> {
-    if text == "transparent" { Ok(Background(None)) } else { color(text).map(|c| Background(Some(c))) }
+    match text {
+        "transparent" | "clear" => Ok(Background(None)),
+        "white" => Ok(Background(Some(Color([1.0; 3])))),
+        _ => color(text).map(|c| Background(Some(c))).map_err(|e| format!("neither white nor clear, and {e}")),
+    }
 }
 
 /// A file that a registration can be written to, by the ending of its name.

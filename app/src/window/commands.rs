@@ -6,9 +6,10 @@ use super::dock;
 use super::document::Next;
 use super::menu::{Allowed, Menu};
 use super::panels::{Command, Panels};
-use super::picture::navigate::{self, Side};
+use super::picture::navigate;
 use bregma_renderer::{BodyPlane, Named};
-use bregma_session::save;
+use bregma_session::print::{ENDING_LIST, write_picture};
+use bregma_session::views::View;
 use egui::{Context, Key, Modifiers, ViewportCommand};
 use std::path::{Path, PathBuf};
 
@@ -40,12 +41,9 @@ pub const COMMANDS: &[Command] = &[
     Command::new(Menu::File, "Open the demo pair", &[], |_, b, ctx| b.replace(ctx, Next::Demo)).when(can_open),
     Command::new(Menu::File, "Save session", &[(CTRL, Key::S)], |_, b, ctx| b.save_session(ctx, false)).when(can_save).apart(),
     Command::new(Menu::File, "Save session as…", &[(CTRL_SHIFT, Key::S)], |_, b, ctx| b.save_session(ctx, true)).when(can_save),
-    Command::new(Menu::File, "Save picture…", &[(CTRL, Key::P)], save_picture).when(|p, b| {
+    Command::new(Menu::File, "Save picture…", &[(CTRL, Key::P)], |p, _, _| p.picture.toggle()).when(|p, b| {
         can_save(p, b)?;
-        if !b.work.opened.slices.layout.has_picture() {
-            return Err("The picture is not among the views");
-        }
-        if b.painter.is_settled() { Ok(()) } else { Err("The picture is being drawn") }
+        if b.work.opened.slices.layout.has_picture() { Ok(()) } else { Err("The picture is not among the views") }
     }),
     Command::new(Menu::File, "Save slices…", &[], |_, b, ctx| save_slices(b, ctx)).when(|p, b| {
         can_save(p, b)?;
@@ -61,17 +59,17 @@ pub const COMMANDS: &[Command] = &[
         .when(|_, b| if b.history.can_undo() { Ok(()) } else { Err("Nothing was done") }),
     Command::new(Menu::Edit, "Redo", &[(CTRL_SHIFT, Key::Z), (CTRL, Key::Y)], |_, b, _| b.history.redo(&mut b.work))
         .when(|_, b| if b.history.can_redo() { Ok(()) } else { Err("Nothing was undone") }),
-    Command::new(Menu::View, "From anterior: norma frontalis", &[(NONE, Key::Num1)], |_, b, _| look_from(b, Side::Anterior))
+    Command::new(Menu::View, "From anterior: norma frontalis", &[(NONE, Key::Num1)], |_, b, _| look_from(b, View::Frontalis))
         .within(LOOK_FROM),
-    Command::new(Menu::View, "From posterior: norma occipitalis", &[(NONE, Key::Num2)], |_, b, _| look_from(b, Side::Posterior))
+    Command::new(Menu::View, "From posterior: norma occipitalis", &[(NONE, Key::Num2)], |_, b, _| look_from(b, View::Occipitalis))
         .within(LOOK_FROM),
-    Command::new(Menu::View, "From left: norma lateralis sinistra", &[(NONE, Key::Num3)], |_, b, _| look_from(b, Side::Left))
+    Command::new(Menu::View, "From left: norma lateralis sinistra", &[(NONE, Key::Num3)], |_, b, _| look_from(b, View::LateralisSinistra))
         .within(LOOK_FROM),
-    Command::new(Menu::View, "From right: norma lateralis dextra", &[(NONE, Key::Num4)], |_, b, _| look_from(b, Side::Right))
+    Command::new(Menu::View, "From right: norma lateralis dextra", &[(NONE, Key::Num4)], |_, b, _| look_from(b, View::LateralisDextra))
         .within(LOOK_FROM),
-    Command::new(Menu::View, "From superior: norma verticalis", &[(NONE, Key::Num7)], |_, b, _| look_from(b, Side::Superior))
+    Command::new(Menu::View, "From superior: norma verticalis", &[(NONE, Key::Num7)], |_, b, _| look_from(b, View::Verticalis))
         .within(LOOK_FROM),
-    Command::new(Menu::View, "From inferior: norma basilaris", &[(NONE, Key::Num8)], |_, b, _| look_from(b, Side::Inferior))
+    Command::new(Menu::View, "From inferior: norma basilaris", &[(NONE, Key::Num8)], |_, b, _| look_from(b, View::Basilaris))
         .within(LOOK_FROM),
     Command::new(Menu::View, "Perspective or orthographic", &[(NONE, Key::Num5)], |_, b, _| {
         let bounds = b.work.opened.bounds();
@@ -87,7 +85,7 @@ pub const COMMANDS: &[Command] = &[
         });
     }),
     Command::new(Menu::View, "Bounding boxes on or off", &[(NONE, Key::B)], |_, b, _| b.work.opened.boxes = !b.work.opened.boxes),
-    Command::new(Menu::View, "Show everything", &[(NONE, Key::F), (NONE, Key::Home)], |_, b, _| look_from(b, Side::ThreeQuarter)),
+    Command::new(Menu::View, "Show everything", &[(NONE, Key::F), (NONE, Key::Home)], |_, b, _| look_from(b, View::Oblique)),
     Command::new(Menu::View, "Fold the scans", &[(NONE, Key::OpenBracket)], |p, _, ctx| p.dock.toggle(dock::Side::Left, ctx)).apart(),
     Command::new(Menu::View, "Fold the results", &[(NONE, Key::CloseBracket)], |p, _, ctx| p.dock.toggle(dock::Side::Right, ctx)),
     Command::new(Menu::Help, "Guide", &[(NONE, Key::F1)], |p, _, _| p.help.toggle_guide()).when(|_, _| Ok(())),
@@ -115,33 +113,26 @@ fn open(bench: &mut Bench, ctx: &Context, ask: Ask, adds: bool) {
     bench.ask(ctx, ask, move |bench, ctx, paths| if adds { bench.add(ctx, paths) } else { bench.replace(ctx, Next::Files(paths)) });
 }
 
-fn look_from(bench: &mut Bench, side: Side) {
-    navigate::look_at(&mut bench.work.opened, side, bench.view.aspect());
+fn look_from(bench: &mut Bench, view: View) {
+    navigate::look_at(&mut bench.work.opened, view, bench.view.aspect());
 }
 
 /// Saves the slices as they are shown now: one under the name that is chosen, of several each with its plane behind it.
 fn save_slices(bench: &mut Bench, ctx: &Context) {
     let planes = bench.work.opened.slices.layout.planes();
     let pictures: Vec<_> = planes.iter().filter_map(|plane| Some((*plane, bench.slices.seen(*plane)?.0.clone()))).collect();
-    let ask = Ask { title: "Save the slices", kind: Kind::Save, forms: &[("PNG picture", &["png"])], name: "slice.png" };
+    let ask = Ask { title: "Save the slices", kind: Kind::Save, forms: &[("Picture", ENDING_LIST)], name: "slice.png" };
     bench.save(ctx, ask, move |_, file| {
         let is_one = pictures.len() == 1;
-        pictures.iter().try_for_each(|(plane, picture)| save::picture(&file_of_slice(file, *plane, is_one), picture, None))
+        pictures.iter().try_for_each(|(plane, picture)| write_picture(&file_of_slice(file, *plane, is_one), picture))
     });
 }
 
 /// The file of one of the slices that are saved under a name.
 fn file_of_slice(file: &Path, plane: BodyPlane, is_one: bool) -> PathBuf {
     let stem = file.file_stem().unwrap_or_default().to_string_lossy();
-    if is_one { file.to_owned() } else { file.with_file_name(format!("{stem}-{}.png", plane.name())) }
-}
-
-/// Saves the picture as it is shown now.
-fn save_picture(panels: &mut Panels, bench: &mut Bench, ctx: &Context) {
-    let Some(picture) = bench.view.painted.as_ref().map(|painted| painted.picture.clone()) else { return };
-    let coat = panels.painting(&bench.work).map(|(_, coat)| coat);
-    let ask = Ask { title: "Save the picture", kind: Kind::Save, forms: &[("PNG picture", &["png"])], name: "picture.png" };
-    bench.save(ctx, ask, move |_, file| save::picture(file, &picture, coat.as_deref()));
+    let ending = file.extension().unwrap_or_default().to_string_lossy();
+    if is_one { file.to_owned() } else { file.with_file_name(format!("{stem}-{}.{ending}", plane.name())) }
 }
 
 #[cfg(test)]

@@ -21,6 +21,7 @@ mod looks;
 mod measuring;
 mod opening;
 mod preferring;
+mod printing;
 mod registering;
 mod sectioning;
 mod sheet;

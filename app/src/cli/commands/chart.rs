@@ -6,7 +6,8 @@ use crate::cli::look::set_each;
 use crate::cli::opening::open;
 use crate::cli::terminal::{print, with_progress};
 use bregma_session::chart::{Chart, Plan, errors, integrals, normals, orbit, plot, table};
-use bregma_session::output::{make_folder, write_figure, write_whole};
+use bregma_session::output::{make_folder, write_whole};
+use bregma_session::print::write_figure;
 use bregma_session::{DEMO_SIZE, Machine, Opened};
 
 /// Measures every solver over the orbit and writes chart.csv, chart.svg, chart.png and errors/SOLVER-BACKEND.png; and the integrators of direct
@@ -28,11 +29,11 @@ pub fn chart(args: &ChartArgs, machine: Machine) -> Result<(), CommandError> {
     let unplotted = |reason| CommandError::Figure { what: format!("{}: the chart", args.out.display()), reason };
     write_whole(&args.out.join("chart.csv"), table::csv(&chart).as_bytes())?;
     write_whole(&args.out.join("chart.svg"), plot::svg(&chart).map_err(unplotted)?.as_bytes())?;
-    write_figure(&args.out.join("chart.png"), plot::pixels(&chart).map_err(unplotted)?)?;
+    write_figure(&args.out.join("chart.png"), &plot::pixels(&chart).map_err(unplotted)?)?;
     for point in &chart.points {
         let name = format!("{}-{}", point.solver, point.backend);
         let figure = errors::figure(&point.errors, args.size, &name.replace('-', ", ")).map_err(unplotted)?;
-        write_figure(&args.out.join("errors").join(name.replace(':', "-") + ".png"), figure)?;
+        write_figure(&args.out.join("errors").join(name.replace(':', "-") + ".png"), &figure)?;
     }
     let dvr = |progress: &_| integrals::measure(&opened.volumes, &opened.scene, &plan, &mut machines, progress);
     let integrals = with_progress("integrating", dvr)?;
@@ -42,7 +43,7 @@ pub fn chart(args: &ChartArgs, machine: Machine) -> Result<(), CommandError> {
         let file = |extension| args.out.join(name).with_extension(extension);
         write_whole(&file("csv"), csv.as_bytes())?;
         write_whole(&file("svg"), figure.svg().map_err(unplotted)?.as_bytes())?;
-        write_figure(&file("png"), figure.pixels().map_err(unplotted)?)?;
+        write_figure(&file("png"), &figure.pixels().map_err(unplotted)?)?;
     }
     let [integrals, normals] = tables.map(|(_, csv)| csv);
     let files = "errors, and chart, integrals and normals, each .csv, .svg and .png";

@@ -8,7 +8,8 @@ use bregma_field::formats::nrrd::{self, Compression};
 use bregma_measure::csv;
 use bregma_measure::export::{self, Named};
 use bregma_renderer::{Camera, Mode, Ray};
-use bregma_session::output::{make_folder, write_png, write_whole};
+use bregma_session::output::{make_folder, write_whole};
+use bregma_session::print::write_picture;
 use bregma_session::record::made;
 use bregma_session::{Machine, Opened, Session, Source};
 use glam::DVec3;
@@ -35,7 +36,7 @@ pub fn write_demo(folder: &Path, size: usize, machine: Machine) -> Result<(), Co
     let mut renderer = machine.renderer()?;
     let mut picture = |name: &str, opened: &Opened| -> Result<(), CommandError> {
         let picture = renderer.render(&opened.volumes, &opened.scene, PICTURE, PICTURE)?;
-        Ok(write_png(&folder.join(name), &picture)?)
+        Ok(write_picture(&folder.join(name), &picture)?)
     };
     picture("iso.png", &opened)?;
     opened.scene.mode = Mode::Overlay;

@@ -1,6 +1,6 @@
 //! `bregma difference`: how two scans differ over their whole surfaces.
 
-use super::render::camera;
+use super::view::camera;
 use crate::cli::args::DifferenceArgs;
 use crate::cli::error::CommandError;
 use crate::cli::opening::{open, require_spacing};
@@ -14,7 +14,8 @@ use bregma_session::difference::{Measured, measure};
 use bregma_session::difference_picture::{DifferenceCoat, LEAST_RANGE_MM, Scale};
 use bregma_session::difference_report::html;
 use bregma_session::difference_table::record_file;
-use bregma_session::output::{figure_png, make_folder, write_whole};
+use bregma_session::output::{make_folder, write_whole};
+use bregma_session::print::figure_png;
 use bregma_session::{DifferenceBy, DifferenceOrder, Machine, Opened, Origin, save};
 use std::path::Path;
 use std::sync::Arc;
@@ -86,7 +87,7 @@ fn drawn(opened: &mut Opened, coat: &DifferenceCoat, args: &DifferenceArgs, mach
     coat.paint(&mut picture, &scene, [0.0; 2]);
     let unplotted = |reason| CommandError::Figure { what: "the picture".into(), reason };
     let figure = coat.figure(&picture).map_err(unplotted)?;
-    figure_png(&figure).map_err(|reason| CommandError::Figure { what: "the picture".into(), reason: reason.into() })
+    figure_png(&figure).map_err(|reason| CommandError::Figure { what: "the picture".into(), reason })
 }
 
 /// The difference in short.

@@ -7,7 +7,8 @@ use crate::cli::opening::{open, require_spacing};
 use crate::cli::terminal::{print, tell, warn};
 use bregma_session::difference_picture::{LEAST_RANGE_MM, Scale, without_legend};
 use bregma_session::difference_table::{Row, folder_name, pairs, record_file, said, sheet, standing, table};
-use bregma_session::output::{make_folder, read_figure, write_figure, write_whole};
+use bregma_session::output::{make_folder, read_figure, write_whole};
+use bregma_session::print::write_figure;
 use bregma_session::{Machine, Opened, Origin, RecordedDifference};
 use std::path::{Path, PathBuf};
 
@@ -117,5 +118,5 @@ fn draw_sheet(folder: &Path, rows: &[Row], scale: &Scale) -> Result<(), CommandE
     }
     let legend = first.difference.order.by.legend(["the first of a pair", "the second"]);
     let figure = sheet(&pictures, scale, &legend).map_err(|reason| CommandError::Figure { what: "the sheet".into(), reason })?;
-    Ok(write_figure(&folder.join("sheet.png"), figure)?)
+    Ok(write_figure(&folder.join("sheet.png"), &figure)?)
 }

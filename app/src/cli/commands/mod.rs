@@ -8,6 +8,7 @@ mod difference;
 mod differences;
 mod info;
 mod orient;
+mod plate;
 mod probe;
 mod register;
 mod render;
@@ -15,6 +16,7 @@ mod section;
 mod stability;
 mod thickness;
 mod verify;
+mod view;
 mod volume;
 
 pub use bench::bench;

@@ -1,6 +1,6 @@
 //! `bregma thickness`: how thick the bone is, over the whole surface.
 
-use super::render::camera;
+use super::view::camera;
 use crate::cli::args::ThicknessArgs;
 use crate::cli::error::CommandError;
 use crate::cli::opening::{open, require_spacing};
@@ -11,7 +11,8 @@ use bregma_measure::numbers::{fixed, significant};
 use bregma_measure::thickness::Statistics;
 use bregma_session::Machine;
 use bregma_session::coat::white;
-use bregma_session::output::{make_folder, write_figure, write_whole};
+use bregma_session::output::{make_folder, write_whole};
+use bregma_session::print::write_figure;
 use bregma_session::thickness::{Map, MapError, Order, ThicknessMethod};
 use bregma_session::thickness_picture::{Scale, figure};
 use glam::DVec3;
@@ -76,7 +77,7 @@ pub fn thickness(args: &ThicknessArgs, machine: Machine) -> Result<(), CommandEr
     write_whole(&args.out.join("thickness.csv"), export::map_csv(mesh, values).as_bytes())?;
     write_whole(&args.out.join("thickness.ply"), &export::map_ply(mesh, values, &notes, |mm| scale.color(mm)))?;
     write_whole(&args.out.join("thickness.json"), json.as_bytes())?;
-    write_figure(&args.out.join("thickness.png"), drawn)?;
+    write_figure(&args.out.join("thickness.png"), &drawn)?;
     print(&told(volume.name(), layer.iso, name, statistics, &args.out))
 }
 

@@ -4,15 +4,18 @@ use crate::cli::args::VerifyArgs;
 use crate::cli::error::CommandError;
 use crate::cli::terminal::{print, warn, with_progress};
 use bregma_measure::numbers::fixed;
+use bregma_session::print::record::{self as picture, Likeness};
 use bregma_session::record::{Judged, Unit, Verdict, Verifier, read};
 use bregma_session::register::{SAME_POSE_MM, again};
-use bregma_session::{Kind, Source};
+use bregma_session::{Kind, Machine, Source};
 use std::path::{Path, PathBuf};
 
 /// Measures everything that the files record again, and says which lengths, volumes and registrations still hold. Fails if one does not.
-pub fn verify(args: &VerifyArgs) -> Result<(), CommandError> {
+pub fn verify(args: &VerifyArgs, machine: Machine) -> Result<(), CommandError> {
     let mut text = String::new();
-    let (registrations, files): (Vec<&PathBuf>, Vec<&PathBuf>) = args.files.iter().partition(|file| is_registration(file));
+    let (pictures, files): (Vec<&PathBuf>, Vec<&PathBuf>) = args.files.iter().partition(|file| picture::of(file).is_some());
+    let other = verify_pictures(&pictures, args.all, machine, &mut text)?;
+    let (registrations, files): (Vec<&PathBuf>, Vec<&PathBuf>) = files.into_iter().partition(|file| is_registration(file));
     let (moved, made) = verify_registrations(&registrations, &mut text)?;
     let mut all = vec![];
     for file in files {
@@ -33,10 +36,13 @@ pub fn verify(args: &VerifyArgs) -> Result<(), CommandError> {
     if volumes.all > 0 {
         text += &format!("{} of {} volumes hold\n", volumes.all - volumes.lost, volumes.all);
     }
-    if made + volumes.all == 0 || lengths.all > 0 {
+    if made + volumes.all + pictures.len() == 0 || lengths.all > 0 {
         text += &format!("{} of {} lengths hold\n", lengths.all - lengths.lost, lengths.all);
     }
     print(&text)?;
+    if other > 0 {
+        return Err(CommandError::LostPictures { lost: other, all: pictures.len() });
+    }
     if moved > 0 {
         return Err(CommandError::Moved { moved, made });
     }
@@ -74,6 +80,33 @@ impl Count {
 
 fn is_registration(file: &Path) -> bool {
     Kind::of(&Source { file: file.to_owned(), ..Source::default() }) == Kind::Registration
+}
+
+/// Draws pictures again: how many are others now.
+fn verify_pictures(files: &[&PathBuf], all: bool, machine: Machine, text: &mut String) -> Result<usize, CommandError> {
+    let mut lost = 0;
+    for file in files {
+        let again = with_progress("drawing", |progress| picture::again(file, machine, progress))?;
+        if again.then != again.now {
+            warn(&[format!("{} was drawn by {}, and is now by {}", file.display(), again.then, again.now)]);
+        }
+        let what = match again.likeness {
+            Likeness::Same => "is drawn again, byte for byte".to_owned(),
+            Likeness::SamePixels => "is drawn again, pixel for pixel; the rest of the file was changed".into(),
+            Likeness::Differs { count, of, most } => {
+                format!("{count} of {of} values of its pixels differ, by up to {} of 255", fixed(255.0 * f64::from(most), 1))
+            }
+            Likeness::OtherSize => "has other pixels".into(),
+        };
+        lost += usize::from(!again.holds());
+        if all || again.likeness != Likeness::Same {
+            *text += &format!("{}: {what}\n", file.display());
+        }
+    }
+    if !files.is_empty() {
+        *text += &format!("{} of {} pictures hold\n", files.len() - lost, files.len());
+    }
+    Ok(lost)
 }
 
 /// Makes registrations again: how many are others now, of how many.

@@ -1,8 +1,8 @@
 //! The difference ray drawn: a bar for each volume, bone filled, and the density below, on one scale of millimetres.
 
 use super::super::picture::cast::Found;
-use super::super::picture::marks::round_down;
 use bregma_measure::numbers::{fixed, suffix};
+use bregma_session::views::round_down;
 use egui::{Align2, Color32, FontId, Painter, Pos2, Rangef, Rect, Role, Sense, Shape, Stroke, TextWrapMode, Ui, WidgetInfo, WidgetText};
 use egui::{TextStyle, pos2, vec2};
 

@@ -1,12 +1,12 @@
 //! The cuts: which there are, what they cut, and where they lie by numbers.
 
 use super::super::measured::Work;
-use super::super::picture::navigate::anatomical;
 use super::super::picture::solid_handles::LEAST_MM;
 use super::super::widgets::{self, elided, line, vector};
 use super::look;
 use bregma_field::{Unit, Volume};
 use bregma_renderer::{Bounds, Camera, Clip, CutFace, Mode, Scene, Shape, Window};
+use bregma_session::views::anatomical;
 use egui::{Align, CollapsingHeader, DragValue, Frame, Grid, Layout, RichText, Slider, Ui};
 use glam::DVec3;
 use std::sync::Arc;

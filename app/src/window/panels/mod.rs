@@ -13,6 +13,7 @@ mod light;
 mod look;
 mod looks;
 mod maps;
+mod picture;
 mod poses;
 mod preferences;
 mod ray_form;
@@ -46,6 +47,7 @@ use differences::DifferencesPanel;
 use egui::{Key, Modifiers, Rect, ScrollArea, Ui};
 use frame_rate::FrameRatePanel;
 use looks::LooksPanel;
+use picture::PicturePanel;
 use ray_form::RayForm;
 use register::RegisterPanel;
 use scan::ScanPanel;
@@ -83,6 +85,8 @@ pub struct Panels {
     scan: ScanPanel,
     /// Looks that are kept by name.
     looks: LooksPanel,
+    /// The picture as a file.
+    pub picture: PicturePanel,
     frame_rate: FrameRatePanel,
     asks_for_kiosk: bool,
     prefers: bool,
@@ -142,7 +146,7 @@ const PLAIN: Panel =
 
 const NONE: Modifiers = Modifiers::NONE;
 
-const PANELS: [Panel; 18] = [
+const PANELS: [Panel; 19] = [
     Panel {
         place: Place::Left,
         show: |p, bench, ui| {
@@ -249,6 +253,14 @@ const PANELS: [Panel; 18] = [
     Panel {
         commands: &[Command::new(Menu::View, "Looks…", &[], |p, b, _| p.looks.toggle(b))],
         show: |p, bench, ui| p.looks.show(ui.ctx(), bench),
+        ..PLAIN
+    },
+    Panel {
+        poll: |p, bench| p.picture.poll(bench),
+        show: |p, bench, ui| {
+            let painting = p.painting(&bench.work);
+            p.picture.show(ui.ctx(), bench, painting);
+        },
         ..PLAIN
     },
     Panel {

@@ -3,8 +3,9 @@
 use super::super::measured::NamedRay;
 use super::super::widgets::color;
 use super::cast::Found;
-use super::navigate::{anatomical, mm_per_pixel};
+use super::navigate::mm_per_pixel;
 use bregma_renderer::{Camera, Projection};
+use bregma_session::views::{anatomical, round_down};
 use bregma_session::{Landmark, Slices};
 use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Sense, Stroke, Ui, Vec2, vec2};
 use glam::DVec3;
@@ -153,12 +154,6 @@ pub fn scale_bar(ui: &Ui, screen: &Screen<'_>) {
     ui.interact(area, ui.make_persistent_id("scale bar"), Sense::hover()).on_hover_text(hover);
 }
 
-/// The largest of 1, 2, 5, 10, … that is not above `x`.
-pub fn round_down(x: f64) -> f64 {
-    let decade = 10_f64.powf(x.log10().floor());
-    [5.0, 2.0, 1.0].into_iter().find(|m| m * decade <= x).unwrap_or(1.0) * decade
-}
-
 /// A ray that is not selected: a thin line in its colour, and its name.
 pub fn other_ray(painter: &Painter, screen: &Screen<'_>, found: &Found, named: &NamedRay) {
     let (Some(first), Some(last), Some([enter, _])) = (found.ray.ledger.first(), found.ray.ledger.last(), found.extent_mm()) else {
@@ -262,11 +257,6 @@ mod tests {
     use super::*;
     use bregma_renderer::Bounds;
     use egui::pos2;
-
-    #[test]
-    fn scale_bars_have_round_lengths() {
-        assert_eq!([0.7, 1.0, 3.9, 5.1, 42.0, 230.0].map(round_down), [0.5, 1.0, 2.0, 5.0, 20.0, 200.0]);
-    }
 
     #[test]
     fn a_ray_that_passes_the_eye_is_drawn_from_there_on() {

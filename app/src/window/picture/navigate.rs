@@ -2,6 +2,7 @@
 
 use bregma_renderer::{Bounds, Camera, FOV_DEG, Projection};
 use bregma_session::Opened;
+use bregma_session::views::View;
 use glam::{DQuat, DVec3};
 
 /// The turntable stops here, short of the pole, where "up in the picture" would flip.
@@ -104,61 +105,20 @@ pub fn toggle_projection(camera: &mut Camera, bounds: &Bounds) {
     camera.eye_mm = camera.target_mm - distance * forward;
 }
 
-/// A view that a key leads to.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Side {
-    /// The face: norma frontalis.
-    Anterior,
-    /// The back of the head: norma occipitalis.
-    Posterior,
-    /// The patient's left: norma lateralis sinistra.
-    Left,
-    /// The patient's right: norma lateralis dextra.
-    Right,
-    /// From above, the face up: norma verticalis.
-    Superior,
-    /// From below, the face up: norma basilaris.
-    Inferior,
-    /// The face and the left, a little from above: the view that scans open with.
-    ThreeQuarter,
-}
-
-/// All of what is open from `side`, in a picture that is `aspect` times as wide as high.
-pub fn look_at(opened: &mut Opened, side: Side, aspect: f64) {
+/// All of what is open in a view, in a picture that is `aspect` times as wide as high.
+pub fn look_at(opened: &mut Opened, view: View, aspect: f64) {
     let (points, bounds) = (opened.bone_points_mm(), opened.bounds());
-    look_from(&mut opened.scene.camera, &points, &bounds, side, aspect);
+    look_from(&mut opened.scene.camera, &points, &bounds, view, aspect);
 }
 
-/// All `points` from `side`, in a picture that is `aspect` times as wide as high; the kind of projection stays.
-fn look_from(camera: &mut Camera, points: &[DVec3], bounds: &Bounds, side: Side, aspect: f64) {
-    let (azimuth, elevation) = match side {
-        Side::Anterior => (0.0, 0.0),
-        Side::Posterior => (180.0, 0.0),
-        Side::Left => (90.0, 0.0),
-        Side::Right => (270.0, 0.0),
-        Side::Superior => (0.0, 90.0),
-        Side::Inferior => (0.0, -90.0),
-        Side::ThreeQuarter => (35.0, 10.0),
-    };
+/// All `points` in a view, in a picture that is `aspect` times as wide as high; the kind of projection stays.
+fn look_from(camera: &mut Camera, points: &[DVec3], bounds: &Bounds, view: View, aspect: f64) {
+    let (azimuth, elevation) = view.orbit_deg();
     let orthographic = matches!(camera.projection, Projection::Orthographic { .. });
     *camera = Camera::framing(points, azimuth, elevation, aspect);
     if orthographic {
         toggle_projection(camera, bounds);
     }
-}
-
-/// The anatomical name of a direction in LPS: its main axes, the strongest first ("L", "LA", …).
-pub fn anatomical(direction: DVec3) -> String {
-    // Within 20° of an axis the direction goes by that axis alone.
-    let weakest = 20_f64.to_radians().sin();
-    let mut parts: Vec<(f64, char)> =
-        direction.to_array().into_iter().zip(["RL", "AP", "IS"]).map(|(c, names)| (c, pick(names, c > 0.0))).collect();
-    parts.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
-    parts.iter().filter(|(c, _)| c.abs() > weakest).map(|(_, name)| name).collect()
-}
-
-fn pick(names: &str, positive: bool) -> char {
-    names.chars().nth(usize::from(positive)).unwrap_or('?')
 }
 
 #[cfg(test)]
@@ -198,7 +158,7 @@ mod tests {
 
     #[test]
     fn leaving_the_view_from_above_does_not_flip_the_picture() {
-        for (side, sign) in [(Side::Superior, 1.0), (Side::Inferior, -1.0)] {
+        for (side, sign) in [(View::Verticalis, 1.0), (View::Basilaris, -1.0)] {
             let mut camera = Camera::orbit(&BOUNDS, 0.0, 0.0);
             look_from(&mut camera, &[DVec3::ZERO, DVec3::splat(50.0)], &BOUNDS, side, 1.0);
             for (right, down) in [(0.02, 0.0), (0.0, -0.02 * sign), (0.01, -0.01 * sign)] {
@@ -271,12 +231,5 @@ mod tests {
         let top = BOUNDS.centre_mm + 20.0 * camera.basis().up;
         roll(&mut camera, 0.5);
         assert!(at(&camera, top).0 > at(&camera, BOUNDS.centre_mm).0 + 1.0);
-    }
-
-    #[test]
-    fn directions_are_named_as_radiologists_do() {
-        assert_eq!(anatomical(DVec3::X), "L");
-        assert_eq!(anatomical(-DVec3::Y), "A");
-        assert_eq!(anatomical(DVec3::new(0.1, 0.8, -0.5).normalize()), "PI");
     }
 }

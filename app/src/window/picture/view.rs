@@ -10,10 +10,11 @@ use super::frames;
 use super::legend;
 use super::marks::{self, Screen};
 use super::mouse::Mouse;
-use super::navigate::{self, Side};
+use super::navigate;
 use super::section_curve::SectionCurve;
 use super::solid_handles;
 use bregma_renderer::Ray;
+use bregma_session::views::View as Norma;
 use bregma_session::{Compare, Layout};
 use egui::emath::GuiRounding;
 use egui::{
@@ -154,7 +155,7 @@ impl View {
         {
             let resets = response.double_clicked() && self.is_ground(ui, work, pane, pixels, at);
             if resets {
-                navigate::look_at(&mut work.opened, Side::ThreeQuarter, self.aspect());
+                navigate::look_at(&mut work.opened, Norma::Oblique, self.aspect());
             } else {
                 told = self.click(work, pane, pixels, at).map(|()| size);
             }
