@@ -78,7 +78,7 @@ pub const COLUMNS: [&str; 49] = [
 type Cells = Vec<(&'static str, String)>;
 
 /// One line of a table with such columns; a cell that is not given is empty.
-pub(crate) fn line(columns: &[&str], cells: &[(&str, String)]) -> String {
+pub fn line(columns: &[&str], cells: &[(&str, String)]) -> String {
     let cell = |column: &&str| cells.iter().find(|(name, _)| name == column).map_or(String::new(), |(_, value)| field(value));
     columns.iter().map(cell).collect::<Vec<_>>().join(",") + "\n"
 }

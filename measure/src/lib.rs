@@ -10,6 +10,7 @@ pub mod numbers;
 pub mod partner;
 mod probe;
 mod record;
+pub mod section;
 mod stretches;
 pub mod table_style;
 pub mod thickness;

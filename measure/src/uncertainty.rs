@@ -87,12 +87,16 @@ impl End<'_> {
         })
     }
 
-    /// How far blur moves the end into the bone, across the wall, mm: a curved boundary of blur σ and curvatures κ by σ²(κ₁ + κ₂)/2 (the mean
-    /// of a Gaussian over a ball's rim, to second order), and one with another boundary `wall_mm` behind it by what that takes from its value.
-    fn shift_mm(&self, wall_mm: f64) -> f64 {
+    /// How far blur moves the end into the bone, across the wall, mm: a curved boundary of blur σ and curvatures κ by (σ² + h²/6)(κ₁ + κ₂)/2 (the
+    /// mean of a Gaussian over a ball's rim, to second order, and of the interpolation between samples h apart along it, whose kernel has the
+    /// variance h²/6), and one with another boundary `wall_mm` behind it by what that takes from its value.
+    fn shift_mm(&self, surface: &Surface, wall_mm: f64) -> f64 {
         self.edge.map_or(0.0, |edge| {
             let other = (2.0 * PI).sqrt() * edge.blur_mm * 0.5 * libm::erfc(wall_mm / (edge.blur_mm * 2.0_f64.sqrt()));
-            edge.blur_mm.powi(2) * edge.curvature / 2.0 + other
+            let steps = surface.grid.index_to_world().matrix3;
+            let all: f64 =
+                [steps.x_axis, steps.y_axis, steps.z_axis].map(|step| step.length_squared() - step.dot(edge.normal).powi(2)).iter().sum();
+            (edge.blur_mm.powi(2) + all / 2.0 / 6.0) * edge.curvature / 2.0 + other
         })
     }
 }
@@ -162,7 +166,7 @@ pub fn of_end(surface: &Surface, iso: f64, tolerance: f64, ray: &Ray, wall_mm: f
         threshold_mm: tolerance / end.slope(surface, iso, ray),
         noise_mm: end.edge.map_or(0.0, |edge| noise_mm(end, edge, surface, iso, ray)),
         sampling_mm: sampling_mm(end, surface, iso, ray),
-        blur_mm: end.shift_mm(wall_mm) / end.cosine(ray),
+        blur_mm: end.shift_mm(surface, wall_mm) / end.cosine(ray),
         ..at_cut
     }
 }
@@ -185,6 +189,16 @@ impl EndError {
             turned_mm: point.cross(moved),
             ..*self
         }
+    }
+
+    /// How far blur moves it into the bone, mm.
+    pub fn blur_mm(&self) -> f64 {
+        self.blur_mm
+    }
+
+    /// A place that errs by its scan's registration alone, along the unit vector `along`.
+    pub fn moved_along(point: DVec3, along: DVec3) -> Self {
+        Self { moved: along, turned_mm: point.cross(along), ..Self::default() }
     }
 
     /// The sum of what many have in common, each times its weight: noise and the places of the samples, by which each errs by itself, leave

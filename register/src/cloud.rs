@@ -1,5 +1,6 @@
 //! Points of a scan's surface with the way that it faces there, and the nearest of them that faces the same way.
 
+use crate::part::Parts;
 use bregma_field::interpolant::{depth_at, smooth_normal};
 use bregma_field::{Cancelled, IndexPoint, Progress, Surface, WorldPoint};
 use bregma_measure::mesh;
@@ -49,17 +50,26 @@ pub struct Cloud<'a> {
 impl<'a> Cloud<'a> {
     /// At most about `most` points of `surface`, drawn evenly from the cells that it passes. `progress` counts its layers.
     pub fn of(surface: &'a Surface, most: usize, progress: &Progress) -> Result<Self, Cancelled> {
+        Self::of_parts(surface, &Parts::default(), most, progress)
+    }
+
+    /// The same of what of it lies in `parts` of the world.
+    pub fn of_parts(surface: &'a Surface, parts: &Parts, most: usize, progress: &Progress) -> Result<Self, Cancelled> {
+        let map = surface.grid.index_to_world();
         let layers = surface.grid.dims()[2].saturating_sub(1);
         let all = if surface.grid.is_flat() { 0 } else { layers };
         let found = |k: usize| -> Result<_, Cancelled> {
             progress.advance(1)?;
-            Ok(mesh::passed(surface, k))
+            let mut cells = mesh::passed(surface, k);
+            if !parts.is_all() {
+                cells.retain(|cell| parts.hold(map.transform_point3(DVec3::from(cell.map(|n| n as f64 + 0.5)))));
+            }
+            Ok(cells)
         };
         let cells = (0..all).into_par_iter().map(found).collect::<Result<Vec<_>, _>>()?.concat();
         let mut drawn: Vec<(u64, [usize; 3])> = cells.into_iter().map(|cell| (lot(cell), cell)).collect();
         drawn.sort_unstable();
         drawn.truncate(most);
-        let map = surface.grid.index_to_world();
         let at = |(_, cell): &(u64, [usize; 3])| {
             let point = mesh::point_in(surface, *cell);
             let normal = smooth_normal(surface, IndexPoint(point))?;

@@ -24,6 +24,14 @@ pub enum Part {
 }
 
 impl Part {
+    /// With all that lies so near to it; a box grows along its own axes.
+    pub fn grown(self, mm: f64) -> Self {
+        match self {
+            Self::Ball { centre_mm, radius_mm } => Self::Ball { centre_mm, radius_mm: radius_mm + mm },
+            Self::Box { low_mm, high_mm } => Self::Box { low_mm: low_mm - mm, high_mm: high_mm + mm },
+        }
+    }
+
     /// Whether a point lies in it.
     pub fn holds(&self, p: DVec3) -> bool {
         match self {

@@ -57,6 +57,24 @@ impl Fit {
         middle_and_spread(counted().map(|mm| (mm - middle_mm).abs())).0
     }
 
+    /// The pose that would be found if each moving point lay farther out along its partner's normal by what `outward_mm` says of it and its
+    /// partner. A few partners say it for all.
+    pub fn if_moved(&self, outward_mm: impl Fn(Oriented, Oriented) -> f64 + Sync) -> DAffine3 {
+        let step = self.rows.len() / FEW + 1;
+        let (rows, weights): (Vec<Row>, Vec<f64>) = (0..self.rows.len())
+            .into_par_iter()
+            .step_by(step)
+            .filter(|n| self.weights[*n] > 0.0)
+            .map(|n| {
+                let row = self.rows[n];
+                let fixed = Oriented { point: row.at, normal: DVec3::from_slice(&row.row[3..6]) };
+                let moving = Oriented { point: row.at + row.off_mm * fixed.normal, ..fixed };
+                (Row { off_mm: outward_mm(moving, fixed), ..row }, self.weights[n])
+            })
+            .unzip();
+        solve(&rows, &weights, self.centre, self.radius_mm).motion.map() * self.pose
+    }
+
     /// The share of the points that have a partner which counts.
     pub fn matched(&self) -> f64 {
         self.weights.iter().filter(|w| **w > 0.0).count() as f64 / self.asked.max(1) as f64

@@ -45,6 +45,30 @@ impl Opened {
         names.filter(|name| **name == before).for_each(|name| *name = self.volumes[n].name().to_owned());
     }
 
+    /// Closes scan number `n`: later ones are counted one lower, and a cut of it alone goes with it.
+    pub fn close(&mut self, n: usize) {
+        if n < self.sources.len() {
+            self.sources.remove(n);
+        }
+        self.volumes.remove(n);
+        self.scene.layers.remove(n);
+        self.scene.clips.retain_mut(|clip| {
+            let Some(layers) = &mut clip.layers else { return true };
+            layers.retain(|layer| *layer != n);
+            layers.iter_mut().filter(|layer| **layer > n).for_each(|layer| *layer -= 1);
+            !layers.is_empty()
+        });
+        let kept = self.pair.filter(|pair| !pair.contains(&n));
+        self.pair = kept.map(|pair| pair.map(|other| other - usize::from(other > n)));
+    }
+
+    /// The same with these scans alone, in their order.
+    pub fn only(&self, scans: &[usize]) -> Self {
+        let mut own = self.clone();
+        (0..self.volumes.len()).rev().filter(|n| !scans.contains(n)).for_each(|n| own.close(n));
+        own
+    }
+
     /// Lets two scans change places. Each keeps its colour, its cuts and all else that belongs to it.
     pub fn swap(&mut self, a: usize, b: usize) {
         self.sources.swap(a, b);
@@ -88,6 +112,22 @@ mod tests {
 
     fn pair() -> Opened {
         Opened::demo(16, &Default::default()).unwrap()
+    }
+
+    #[test]
+    fn cuts_follow_their_volumes_when_one_is_closed() {
+        // Fails if a cut of the second volume cuts another one after the first is gone, or outlives the only one that it cuts.
+        let mut opened = pair();
+        let third = opened.clone();
+        opened.add(third);
+        let plane = Clip::all(Shape::Plane { normal: DVec3::Z, offset_mm: 0.0 });
+        let of = |layers: &[usize]| Clip { layers: Some(layers.to_vec()), ..plane.clone() };
+        opened.scene.clips = vec![plane.clone(), of(&[0]), of(&[0, 2]), of(&[1])];
+        let alone = opened.only(&[2]);
+        opened.close(0);
+        assert_eq!(opened.scene.clips.iter().map(|c| c.layers.clone()).collect::<Vec<_>>(), [None, Some(vec![1]), Some(vec![0])]);
+        assert!(opened.volumes.len() == 3 && alone.volumes.len() == 1 && alone.sources.len() == 1);
+        assert_eq!(alone.scene.clips.iter().map(|c| c.layers.clone()).collect::<Vec<_>>(), [None, Some(vec![0])]);
     }
 
     #[test]

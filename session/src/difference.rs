@@ -1,6 +1,7 @@
 //! How two scans differ over their whole surfaces, or a scan from its own mirror image: what is asked for, and what came of it.
 
 use crate::difference_order::{By, Order, RecordedHalf, Told};
+use crate::displacement::{self, Moved, PartError, Scanned};
 use crate::measurement::{Origin, RecordedDifference};
 use crate::opened::Opened;
 use bregma_field::{Bounds, Cancelled, Covariance, GridError, Progress, Region, Surface, Volume};
@@ -32,6 +33,9 @@ pub enum DifferenceError {
         /// How many there are.
         open: usize,
     },
+    /// A part whose motion is not known.
+    #[error(transparent)]
+    Part(#[from] PartError),
     /// No plane of symmetry.
     #[error(transparent)]
     Orient(#[from] OrientError),
@@ -77,6 +81,8 @@ pub struct Measured {
     pub order: Order,
     /// As far as was looked, mm.
     pub reach_mm: f64,
+    /// How the part moved, where that was asked for.
+    pub moved: Option<Moved>,
     /// On the first surface, and on the second. Of an asymmetry, on the scan and on its mirror image.
     pub halves: [Half; 2],
     /// What the person should know.
@@ -99,11 +105,11 @@ pub fn reach_mm(volumes: [&Volume; 2]) -> f64 {
 }
 
 /// A scan's bone where it is put.
-struct Placed<'a> {
-    name: String,
-    volume: &'a Arc<Volume>,
-    iso: f64,
-    transform: DAffine3,
+pub(crate) struct Placed<'a> {
+    pub name: String,
+    pub volume: &'a Arc<Volume>,
+    pub iso: f64,
+    pub transform: DAffine3,
     residual_mm: Option<f64>,
     covariance: Option<&'a Covariance>,
     /// Its number among what is open, by which cuts know it.
@@ -111,13 +117,13 @@ struct Placed<'a> {
 }
 
 impl Placed<'_> {
-    fn of<'a>(opened: &'a Opened, index: usize) -> Placed<'a> {
+    pub fn of<'a>(opened: &'a Opened, index: usize) -> Placed<'a> {
         let Layer { iso, transform, residual_mm, ref covariance, .. } = opened.scene.layers[index];
         let volume = &opened.volumes[index];
         Placed { name: volume.name().into(), volume, iso, transform, residual_mm, covariance: covariance.as_ref(), index }
     }
 
-    fn registered(&self) -> Registered<'_> {
+    pub fn registered(&self) -> Registered<'_> {
         Registered { residual_mm: self.residual_mm, covariance: self.covariance }
     }
 }
@@ -134,32 +140,34 @@ pub fn measure(opened: &Opened, order: &Order, progress: &Progress) -> Result<Me
     let reach_mm = order.reach_mm.unwrap_or_else(|| reach_mm(placed.map(|p| &**p.volume)));
     let surfaces = [surface(&a)?, surface(&b)?];
     let meshes = [Mesh::of(&surfaces[0], progress)?, Mesh::of(&surfaces[1], progress)?];
-    let partners = [Partners::of(&surfaces[0], progress)?, Partners::of(&surfaces[1], progress)?];
-    let errors = |n: usize| PointErrors::of(&surfaces[n], &meshes[n], placed[n].iso, iso_tolerance(placed[n].volume), progress);
-    let errors = [errors(0)?, errors(1)?];
     // A mirror image moves with its scan, wherever that is.
-    let registered = placed.map(|p| if order.by == By::Asymmetry { Registered::default() } else { p.registered() });
-    let asked = [0, 1].map(|n| asked(&meshes[n], order, placed[n].index));
-    let maps = {
-        let side = |n: usize| Side {
-            surface: &surfaces[n],
-            mesh: &meshes[n],
-            partners: &partners[n],
-            errors: &errors[n],
-            registered: registered[n],
-        };
-        let on = |first: bool| {
-            let asked = Asked { by: order.by.of_points(), reach_mm, at: &asked[usize::from(!first)] };
-            difference::map(side(0), side(1), first, asked, progress)
-        };
-        [on(true)?, on(false)?]
+    let mut registered = placed.map(|p| if order.by == By::Asymmetry { Registered::default() } else { p.registered() });
+    let on = [0, 1].map(|n| placed[n].index);
+    let (moved, covariance);
+    let scanned = |n: usize| Scanned { surface: &surfaces[n], iso: placed[n].iso, tolerance: iso_tolerance(placed[n].volume) };
+    let (maps, asked) = if let Some(by) = order.by.of_points() {
+        moved = None;
+        let at = [0, 1].map(|n| asked(&meshes[n], order, on[n], &DAffine3::IDENTITY));
+        let asked = at.each_ref().map(|at| Asked { by, reach_mm, at });
+        (of_points(placed, &surfaces, &meshes, registered, asked, progress)?, at)
+    } else {
+        let found = displacement::moved([&scanned(0), &scanned(1)], &order.parts, reach_mm, progress)?;
+        // The part errs beside whatever lays the scans onto each other.
+        let scan = usize::from(registered[0].covariance.is_none() && registered[0].is_known());
+        covariance = registered[scan].covariance.map_or(found.covariance.clone(), |own| own.and(&found.covariance));
+        registered[scan] = Registered { residual_mm: None, covariance: Some(&covariance) };
+        let ways = [[&found.motion, &found.without_blur], [&found.motion.inverse(), &found.without_blur.inverse()]];
+        let asked = [asked(&meshes[0], order, on[0], &DAffine3::IDENTITY), asked(&meshes[1], order, on[1], ways[1][0])];
+        let maps = [0, 1].map(|n| difference::displaced(&meshes[n], ways[n], &asked[n], n == 0, registered));
+        moved = Some(found);
+        (maps, asked)
     };
     let statistics = [0, 1].map(|n| Statistics::of(&meshes[n], &maps[n], registered, &asked[n]));
     if statistics.iter().all(Option::is_none) {
         return Err(DifferenceError::Apart { first: a.name, second: b.name, reach_mm });
     }
-    let notes = notes(placed, order.by);
-    drop((partners, errors));
+    let mut notes = notes(placed, order.by);
+    notes.extend(moved.as_ref().map(Moved::told));
     let transforms = [(a.iso, a.transform), (b.iso, b.transform)];
     let names = [a.name, b.name];
     let mut halves = names.into_iter().zip(transforms).zip(surfaces).zip(meshes).zip(maps).zip(asked).zip(statistics).map(
@@ -176,10 +184,10 @@ pub fn measure(opened: &Opened, order: &Order, progress: &Progress) -> Result<Me
     );
     // There are two of each.
     let halves = std::array::from_fn(|_| halves.next().expect("there are two halves"));
-    Ok(Measured { order: order.clone(), reach_mm, halves, notes })
+    Ok(Measured { order: order.clone(), reach_mm, moved, halves, notes })
 }
 
-fn surface(placed: &Placed<'_>) -> Result<Surface, GridError> {
+pub(crate) fn surface(placed: &Placed<'_>) -> Result<Surface, GridError> {
     Surface::new(placed.volume, placed.iso, placed.transform)
 }
 
@@ -196,14 +204,32 @@ fn image<'a>(opened: &'a Opened, index: usize, progress: &Progress) -> Result<Pl
     })
 }
 
-/// Which points of a surface are asked for.
-fn asked(mesh: &Mesh, order: &Order, index: usize) -> Vec<bool> {
+/// Both maps, each point with its own partner.
+fn of_points(
+    placed: [&Placed<'_>; 2],
+    surfaces: &[Surface; 2],
+    meshes: &[Mesh; 2],
+    registered: [Registered<'_>; 2],
+    asked: [Asked<'_>; 2],
+    progress: &Progress,
+) -> Result<[difference::Map; 2], Cancelled> {
+    let partners = [Partners::of(&surfaces[0], progress)?, Partners::of(&surfaces[1], progress)?];
+    let errors = |n: usize| PointErrors::of(&surfaces[n], &meshes[n], placed[n].iso, iso_tolerance(placed[n].volume), progress);
+    let errors = [errors(0)?, errors(1)?];
+    let side =
+        |n: usize| Side { surface: &surfaces[n], mesh: &meshes[n], partners: &partners[n], errors: &errors[n], registered: registered[n] };
+    let on = |n: usize| difference::map(side(0), side(1), n == 0, asked[n], progress);
+    Ok([on(0)?, on(1)?])
+}
+
+/// Which points of a surface are asked for, of what they are at once `back` has moved them.
+fn asked(mesh: &Mesh, order: &Order, index: usize, back: &DAffine3) -> Vec<bool> {
     let left = Region::of(&order.clips, index);
-    mesh.vertices.iter().map(|point| order.parts.hold(*point) && left.depth_mm(*point) >= 0.0).collect()
+    mesh.vertices.iter().map(|point| order.parts.hold(back.transform_point3(*point)) && left.depth_mm(*point) >= 0.0).collect()
 }
 
 /// What the person should know of two scans that are compared.
-fn notes([a, b]: [&Placed<'_>; 2], by: By) -> Vec<String> {
+pub(crate) fn notes([a, b]: [&Placed<'_>; 2], by: By) -> Vec<String> {
     let thresholds = [a, b].map(|p| (p.name.as_str(), p.iso, p.volume.unit()));
     let mut notes: Vec<String> = unlike_thresholds(&thresholds).into_iter().collect();
     notes.extend(corrections(a.volume));
@@ -257,6 +283,7 @@ impl Measured {
                 order: self.order.clone(),
                 reach_mm: self.reach_mm,
                 legend: self.legend(),
+                moved: self.moved.clone(),
                 largest_mm: self.largest_mm(),
                 halves: self.halves.iter().map(half).collect(),
                 notes: self.notes.clone(),

@@ -1,5 +1,6 @@
 //! How two scans differ over their whole surfaces: what is asked for, and what is told of it.
 
+use crate::displacement::Moved;
 use bregma_measure::difference;
 use bregma_register::Parts;
 use bregma_renderer::{Clip, named};
@@ -18,6 +19,8 @@ named! {
         Normal = "normal",
         /// Of the thickness at partners.
         Thickness = "thickness",
+        /// Of a part that moved as a whole.
+        Displacement = "displacement",
         /// To the scan's own mirror image, by partners.
         Asymmetry = "asymmetry",
     }
@@ -31,16 +34,21 @@ impl By {
             Self::Closest => format!("+ : {second} stands out over {first}, to the nearest place of any sheet"),
             Self::Normal => format!("+ : {second} stands out over {first}, along the normal"),
             Self::Thickness => format!("+ : the bone of {second} is thicker than that of {first}"),
+            Self::Displacement => {
+                format!("how far the part lies from where {second} has it: {first}'s part moved as a whole, without a sign")
+            }
             Self::Asymmetry => format!("+ : the other side of {first}, mirrored, stands out over this one"),
         }
     }
 
-    pub(crate) fn of_points(self) -> difference::By {
+    /// How each point finds what belongs to it; `None` where the points move together.
+    pub(crate) fn of_points(self) -> Option<difference::By> {
         match self {
-            Self::Partner | Self::Asymmetry => difference::By::Partner,
-            Self::Closest => difference::By::Closest,
-            Self::Normal => difference::By::Normal,
-            Self::Thickness => difference::By::Thickness,
+            Self::Partner | Self::Asymmetry => Some(difference::By::Partner),
+            Self::Closest => Some(difference::By::Closest),
+            Self::Normal => Some(difference::By::Normal),
+            Self::Thickness => Some(difference::By::Thickness),
+            Self::Displacement => None,
         }
     }
 }
@@ -77,10 +85,21 @@ pub struct Told {
     pub legend: String,
     /// The largest magnitude on either, mm.
     pub largest_mm: f64,
+    /// How the part moved, where that was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub moved: Option<Moved>,
     /// On the first and on the second surface.
     pub halves: Vec<RecordedHalf>,
     /// What the person should know.
     pub notes: Vec<String>,
+}
+
+impl Told {
+    /// The end of a symmetric range of colours, mm: what 95 % of both areas stay below.
+    pub fn range_mm(&self) -> f64 {
+        let of = |half: &RecordedHalf| half.statistics.as_ref()?["magnitude_95_mm"].as_f64();
+        self.halves.iter().filter_map(of).fold(0.0, f64::max)
+    }
 }
 
 /// The differences on one surface in short.

@@ -4,11 +4,13 @@ use crate::chart::fonts::{FONT, fonts};
 use crate::coat::{self, Coat, Figure, dye, share, white};
 use crate::difference::{Half, Measured};
 use crate::print::Legend;
-use bregma_field::WorldPoint;
+use bregma_field::crossings::{self, Kind};
+use bregma_field::{Ray, WorldPoint};
 use bregma_measure::difference::Statistics;
 use bregma_measure::numbers::{fixed, signed};
 use bregma_measure::thickness::cell_at;
 use bregma_renderer::{Color, Mode, Picture, Scene};
+use glam::DVec3;
 use plotters::prelude::{BitMapBackend, DrawingArea, DrawingBackend, IntoDrawingArea, IntoFont, RGBColor, Rectangle, Text, WHITE};
 use plotters::style::Color as _;
 use std::error::Error;
@@ -67,6 +69,17 @@ pub struct DifferenceCoat {
     pub scale: Scale,
 }
 
+/// What a map says where a ray first meets its surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Along {
+    /// The difference, in words.
+    pub told: String,
+    /// Where, LPS mm.
+    pub point_mm: DVec3,
+    /// What belongs to it on the other surface; none where nothing does.
+    pub partner_mm: Option<DVec3>,
+}
+
 /// What is seen of a map at a point.
 #[derive(Clone, Copy)]
 enum Seen {
@@ -98,6 +111,18 @@ impl DifferenceCoat {
     pub fn vertex_color(&self, vertex: usize) -> [u8; 3] {
         let half = self.half();
         if half.asked[vertex] { self.scale.color(half.map.values_mm[vertex], half.map.errors_mm[vertex]) } else { NOT_ASKED }
+    }
+
+    /// What the surface differs by where a ray first enters it, what belongs to that place.
+    pub fn along(&self, ray: &Ray) -> Option<Along> {
+        let half = self.half();
+        let entry = crossings::crossings(&half.surface, ray).into_iter().find(|c| c.kind == Kind::Enter && !c.clipped)?;
+        let point = crossings::world(&half.surface, &entry);
+        let vertex = half.mesh.vertex_of(cell_at(&half.surface, point))? as usize;
+        let told = self.told_at(point)?;
+        // A vertex lies in the cell, but seldom at the point.
+        let partner = half.map.partners_mm[vertex].as_dvec3() + (point.0 - half.mesh.vertices[vertex]);
+        Some(Along { told, partner_mm: partner.is_finite().then_some(partner), point_mm: point.0 })
     }
 
     /// What the map says at a point of the surface: of the vertices of the cells around, those that face as the point's own does, each counted
@@ -165,6 +190,14 @@ impl Coat for DifferenceCoat {
         }
     }
 
+    fn color_at(&self, point: WorldPoint) -> Option<[u8; 3]> {
+        match self.at(point) {
+            Seen::NotAsked => None,
+            Seen::Without => Some(WITHOUT[1]),
+            Seen::Known { mm, error_mm } => Some(self.scale.color(mm, error_mm)),
+        }
+    }
+
     fn told_at(&self, point: WorldPoint) -> Option<String> {
         match self.at(point) {
             Seen::NotAsked => None,
@@ -177,6 +210,13 @@ impl Coat for DifferenceCoat {
         let range_mm = self.scale.range_mm;
         Legend::between(self.measured.legend(), [-range_mm, range_mm], |mm| self.scale.color(mm as f32, 0.0))
     }
+}
+
+/// The picture alone.
+pub fn without_legend((rgb, width, height): Figure) -> Figure {
+    let narrow = width.saturating_sub(LEGEND);
+    let row = |n: u32| &rgb[(n * width) as usize * 3..][..narrow as usize * 3];
+    ((0..height).flat_map(row).copied().collect(), narrow, height)
 }
 
 /// Width of the legend beside the picture, and height of its bar of colours.

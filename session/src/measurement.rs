@@ -1,7 +1,9 @@
 //! What was measured, as sessions and exports keep it: with what it was measured on, so that anyone can measure it again.
 
 use crate::difference_order::{RecordedHalf, Told};
+use crate::section_order;
 use crate::source::Source;
+use crate::volumes_order::Order as VolumesOrder;
 use bregma_field::WorldPoint;
 use bregma_measure::DifferenceRay;
 use bregma_renderer::{Clip, Color, Layer, Ray};
@@ -19,6 +21,10 @@ pub enum Measurement {
     Ray(Box<RecordedRay>),
     /// How two surfaces differ.
     Difference(Box<RecordedDifference>),
+    /// Volumes of bone or of cavities.
+    Volumes(Box<RecordedVolumes>),
+    /// Thickness and differences along a curve.
+    Section(Box<RecordedSection>),
     /// What this version does not know: it is kept as it was read.
     Other(Value),
 }
@@ -65,6 +71,38 @@ impl RecordedDifference {
         };
         self.difference.halves.iter().flat_map(of).chain([("largest".to_owned(), self.difference.largest_mm)]).collect()
     }
+}
+
+/// Volumes as sessions and exports keep them: of what was found, the rest is kept as it was written.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RecordedVolumes {
+    /// What was asked for.
+    pub volumes_of: VolumesOrder,
+    /// What it was made by and on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub made_by: Option<Origin>,
+    /// What was found.
+    #[serde(flatten)]
+    pub(crate) found: Map<String, Value>,
+}
+
+impl RecordedVolumes {
+    /// Each volume in order: of what, and mm³.
+    pub fn volumes_mm3(&self) -> Vec<(String, f64)> {
+        let list = |key: &str| self.found.get(key).and_then(Value::as_array).into_iter().flatten();
+        let volume = |measure: &Value| Some((measure["what"].as_str()?.to_owned(), measure["volume_mm3"].as_f64()?));
+        list("measures").chain(list("cavities").map(|cavity| &cavity["measure"])).filter_map(volume).collect()
+    }
+}
+
+/// A section as sessions and exports keep it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RecordedSection {
+    /// What was asked for and found.
+    pub section: section_order::Told,
+    /// What it was made by and on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub made_by: Option<Origin>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -170,6 +208,8 @@ impl Serialize for Measurement {
         match self {
             Self::Ray(ray) => serde_json::to_value(ray).map_err(Error::custom)?.serialize(serializer),
             Self::Difference(difference) => serde_json::to_value(difference).map_err(Error::custom)?.serialize(serializer),
+            Self::Volumes(volumes) => serde_json::to_value(volumes).map_err(Error::custom)?.serialize(serializer),
+            Self::Section(section) => serde_json::to_value(section).map_err(Error::custom)?.serialize(serializer),
             Self::Other(value) => value.serialize(serializer),
         }
     }

@@ -2,7 +2,8 @@
 
 use bregma_field::replace_file;
 use bregma_renderer::Picture;
-use std::io;
+use std::fs::File;
+use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -31,6 +32,15 @@ pub fn make_folder(folder: &Path) -> Result<(), FolderError> {
 pub fn write_whole(file: &Path, bytes: &[u8]) -> Result<(), OutputError> {
     let written = replace_file(file, |beside| std::fs::write(beside, bytes));
     written.map_err(|reason| OutputError { file: file.to_owned(), reason })
+}
+
+/// A figure that was written as PNG: RGB, 8 bits.
+pub fn read_figure(file: &Path) -> Result<(Vec<u8>, u32, u32), png::DecodingError> {
+    let mut reader = png::Decoder::new(BufReader::new(File::open(file)?)).read_info()?;
+    let mut rgb = vec![0; reader.output_buffer_size().unwrap_or_default()];
+    let info = reader.next_frame(&mut rgb)?;
+    let is_figure = (info.color_type, info.bit_depth) == (png::ColorType::Rgb, png::BitDepth::Eight);
+    if is_figure { Ok((rgb, info.width, info.height)) } else { Err(io::Error::other("it is no figure of this program").into()) }
 }
 
 /// Writes a [height, width] array as NPY 1.0; `kind` is NumPy's type, such as `<f4` or `|u1`, and `bytes` are its rows.

@@ -2,14 +2,18 @@
 
 use crate::date::now;
 use crate::difference::{self, DifferenceError};
-use crate::measurement::{MeasuredScan, Measurement, Origin, RecordedDifference};
+use crate::measurement::{MeasuredScan, Measurement, Origin, RecordedDifference, RecordedSection, RecordedVolumes};
 use crate::opened::{InputError, Opened};
+use crate::section::{self, SectionError};
 use crate::source::Source;
+use crate::volumes;
 use bregma_field::{GridError, Progress};
 use bregma_measure::csv::Made;
+use bregma_measure::volumes::VolumesError;
 use bregma_measure::{DifferenceRay, probe, probe_cut};
 use bregma_renderer::Ray;
 use serde::Deserialize;
+use std::collections::HashMap;
 use std::io;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -96,22 +100,33 @@ pub fn read(file: &Path) -> Result<Vec<Measurement>, RecordError> {
 pub enum Verdict {
     /// It is the same.
     Holds,
-    /// It is another, mm.
+    /// It is another.
     Differs {
         /// As recorded.
-        was_mm: f64,
+        was: f64,
         /// Now.
-        is_mm: f64,
+        is: f64,
     },
     /// There is no such bone any more, or there was none.
     Gone(&'static str),
 }
 
-/// A recorded length judged.
+/// What a recorded number is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unit {
+    /// A length.
+    Mm,
+    /// A volume.
+    Mm3,
+}
+
+/// A recorded length, or volume, judged.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Judged {
     /// Ray, scan and bone.
     pub what: String,
+    /// Its unit.
+    pub unit: Unit,
     /// The judgement.
     pub verdict: Verdict,
 }
@@ -142,6 +157,12 @@ pub enum VerifyError {
     /// A difference that cannot be measured any more.
     #[error(transparent)]
     Difference(#[from] DifferenceError),
+    /// Volumes that are not known any more.
+    #[error(transparent)]
+    Volumes(#[from] VolumesError),
+    /// A section that cannot be measured any more.
+    #[error(transparent)]
+    Section(#[from] SectionError),
     /// A registration that flattens a scan.
     #[error("{name}: {reason}")]
     Grid {
@@ -154,6 +175,11 @@ pub enum VerifyError {
 
 /// Lengths are the same to this, mm: the last digits depend on how a compiler orders sums.
 const SAME_MM: f64 = 1e-9;
+/// Numbers along a curve are the same to this, mm: a partner's place is settled to so much of a voxel.
+const SAME_ALONG_MM: f64 = 1e-6;
+
+/// Volumes are the same to this part of themselves, for the same reason.
+const SAME_VOLUME: f64 = 1e-9;
 
 /// The scans that were opened last to measure again, so that a file of many rays opens them only once.
 #[derive(Debug, Default)]
@@ -169,6 +195,8 @@ impl Verifier {
         let recorded = match measurement {
             Measurement::Ray(recorded) => recorded,
             Measurement::Difference(recorded) => return self.verify_difference(recorded, folder),
+            Measurement::Volumes(recorded) => return self.verify_volumes(recorded, folder),
+            Measurement::Section(recorded) => return self.verify_section(recorded, folder),
             Measurement::Other(_) => return Err(VerifyError::NoOrigin(unnamed())),
         };
         let name = recorded.name.clone().unwrap_or_else(unnamed);
@@ -193,17 +221,37 @@ impl Verifier {
             return Err(VerifyError::Count { measured: order.pair[0].max(order.pair[1]) + 1, there: opened.volumes.len() });
         }
         let now = difference::measure(opened, order, &Progress::default())?.record(None);
-        let judged = recorded.numbers().into_iter().map(|(what, was_mm)| {
-            let is = now.numbers().into_iter().find(|(other, _)| *other == what).map(|(_, is)| is);
-            let verdict = match is {
-                // Sums over as many areas as a surface has points are good to fewer digits than one length.
-                Some(is) if (was_mm - is).abs() <= SAME_MM * (1.0 + was_mm.abs()) => Verdict::Holds,
-                Some(is_mm) => Verdict::Differs { was_mm, is_mm },
-                None => Verdict::Gone("there is no such surface now"),
+        // Sums over as many areas as a surface has points are good to fewer digits than one length.
+        let is_same = |was_mm: f64, is: f64| (was_mm - is).abs() <= SAME_MM * (1.0 + was_mm.abs());
+        Ok((judge_numbers(name, recorded.numbers(), now.numbers(), is_same), vec![]))
+    }
+
+    /// Measures volumes again.
+    fn verify_volumes(&mut self, recorded: &RecordedVolumes, folder: &Path) -> Result<(Vec<Judged>, Vec<String>), VerifyError> {
+        let origin = recorded.made_by.as_ref().ok_or_else(|| VerifyError::NoOrigin("the record of volumes".into()))?;
+        let opened = self.open(origin, folder)?;
+        let found = volumes::measure(opened, &recorded.volumes_of, &Progress::default())?;
+        let now = found.measures();
+        let judged = recorded.volumes_mm3().into_iter().enumerate().map(|(n, (what, was))| {
+            let verdict = match now.get(n).map(|(measure, _)| measure.volume_mm3) {
+                // A volume of nothing is rounding: the cubic micrometre is far below what any scan shows.
+                Some(is) if (is - was).abs() <= SAME_VOLUME * was.abs().max(1.0) => Verdict::Holds,
+                Some(is) => Verdict::Differs { was, is },
+                None => Verdict::Gone("there is no such volume now"),
             };
-            Judged { what: format!("{name}, {what}"), verdict }
+            Judged { what, unit: Unit::Mm3, verdict }
         });
         Ok((judged.collect(), vec![]))
+    }
+
+    /// Measures a section again: a judgement for its length and for each number at each of its stations.
+    fn verify_section(&mut self, recorded: &RecordedSection, folder: &Path) -> Result<(Vec<Judged>, Vec<String>), VerifyError> {
+        let name = "the section";
+        let origin = recorded.made_by.as_ref().ok_or_else(|| VerifyError::NoOrigin(name.into()))?;
+        let opened = self.open(origin, folder)?;
+        let now = section::measure(opened, &recorded.section.order, &Progress::default())?.told;
+        let is_same = |was_mm: f64, is: f64| (was_mm - is).abs() <= SAME_ALONG_MM;
+        Ok((judge_numbers(name, recorded.section.numbers(), now.numbers(), is_same), vec![]))
     }
 
     /// The scans of a record as they were measured.
@@ -236,6 +284,28 @@ pub(crate) fn open(origin: &Origin, folder: &Path) -> Result<Opened, VerifyError
     }
 }
 
+/// Each number that was recorded, or is measured now, by its name.
+fn judge_numbers(name: &str, was: Vec<(String, f64)>, is: Vec<(String, f64)>, is_same: impl Fn(f64, f64) -> bool) -> Vec<Judged> {
+    let mut now: HashMap<String, f64> = is.into_iter().collect();
+    let known = was.into_iter().map(|(what, was_mm)| {
+        let verdict = match now.remove(&what) {
+            Some(is_mm) if is_same(was_mm, is_mm) => Verdict::Holds,
+            Some(is_mm) => Verdict::Differs { was: was_mm, is: is_mm },
+            None => Verdict::Gone("there is no such number now"),
+        };
+        Judged { what: format!("{name}, {what}"), unit: Unit::Mm, verdict }
+    });
+    let mut judged: Vec<Judged> = known.collect();
+    let mut others: Vec<String> = now.into_keys().collect();
+    others.sort();
+    judged.extend(others.into_iter().map(|what| Judged {
+        what: format!("{name}, {what}"),
+        unit: Unit::Mm,
+        verdict: Verdict::Gone("it was not recorded"),
+    }));
+    judged
+}
+
 /// Each length that was recorded, or is measured now, in each scan.
 fn judge(name: &str, recorded: &[Vec<Option<f64>>], now: &DifferenceRay) -> Vec<Judged> {
     let mut judged = vec![];
@@ -246,12 +316,12 @@ fn judge(name: &str, recorded: &[Vec<Option<f64>>], now: &DifferenceRay) -> Vec<
         for k in 0..lengths.len().max(segments.len()) {
             let verdict = match (lengths.get(k), segments.get(k)) {
                 (Some(Some(was)), Some(is)) if (was - is.length_mm).abs() <= SAME_MM => Verdict::Holds,
-                (Some(Some(was)), Some(is)) => Verdict::Differs { was_mm: *was, is_mm: is.length_mm },
+                (Some(Some(was)), Some(is)) => Verdict::Differs { was: *was, is: is.length_mm },
                 (Some(Some(_)), None) => Verdict::Gone("there is no such bone now"),
                 (Some(None), _) => Verdict::Gone("its recorded length is no number"),
                 (None, _) => Verdict::Gone("this bone was not recorded"),
             };
-            judged.push(Judged { what: format!("{name}, {scan}, bone {}{as_cut}", k + 1), verdict });
+            judged.push(Judged { what: format!("{name}, {scan}, bone {}{as_cut}", k + 1), unit: Unit::Mm, verdict });
         }
     }
     judged

@@ -1,10 +1,13 @@
 //! What is saved in the form that its file's name asks for.
 
+use crate::chart;
 use crate::difference_picture::DifferenceCoat;
 use crate::difference_report::html;
 use crate::measurement::Measurement;
 use crate::measurement::Origin;
 use crate::output::{OutputError, write_whole};
+use crate::print::{FileError, write_figure};
+use crate::section::Measured;
 use crate::thickness::ThicknessCoat;
 use bregma_measure::corrections;
 use bregma_measure::csv::{self, Made};
@@ -27,6 +30,17 @@ pub enum SaveError {
         file: PathBuf,
         /// The endings that say one.
         forms: &'static str,
+    },
+    /// A picture that cannot be written.
+    #[error(transparent)]
+    Picture(#[from] FileError),
+    /// A chart that cannot be drawn.
+    #[error("{}: the chart cannot be drawn ({reason}); save the table", file.display())]
+    Chart {
+        /// The file.
+        file: PathBuf,
+        /// What went wrong.
+        reason: Box<dyn std::error::Error>,
     },
 }
 
@@ -111,6 +125,24 @@ pub fn difference(file: &Path, coat: &DifferenceCoat, made_by: Option<&Origin>, 
         Ok(write_whole(file, record.as_bytes())?)
     } else {
         Err(SaveError::Form { file: file.to_owned(), forms: ".csv, .ply, .html or .json" })
+    }
+}
+
+/// Saves a section: its chart as PNG or SVG, its table in a style, or its record.
+pub fn section(file: &Path, measured: &Measured, made: &Made, made_by: Option<&Origin>, style: TableStyle) -> Result<(), SaveError> {
+    let name = lower_name(file);
+    let unplotted = |reason| SaveError::Chart { file: file.to_owned(), reason };
+    if name.ends_with(".png") {
+        Ok(write_figure(file, &chart::section::pixels(&measured.told).map_err(unplotted)?)?)
+    } else if name.ends_with(".svg") {
+        Ok(write_whole(file, chart::section::svg(&measured.told).map_err(unplotted)?.as_bytes())?)
+    } else if name.ends_with(".csv") {
+        Ok(write_whole(file, styled(&measured.csv(made), style).as_bytes())?)
+    } else if name.ends_with(".json") {
+        let record = serde_json::to_string_pretty(&measured.record(made_by)).expect("a record has only numbers, texts and lists");
+        Ok(write_whole(file, record.as_bytes())?)
+    } else {
+        Err(SaveError::Form { file: file.to_owned(), forms: ".png, .svg, .csv or .json" })
     }
 }
 

@@ -101,6 +101,11 @@ impl Coat for ThicknessCoat {
         self.map.paint(&self.scale, picture, scene, through);
     }
 
+    fn color_at(&self, point: WorldPoint) -> Option<[u8; 3]> {
+        let mm = self.map.value_at(point);
+        (!mm.is_nan()).then(|| self.scale.color(mm))
+    }
+
     fn told_at(&self, point: WorldPoint) -> Option<String> {
         let mm = self.map.value_at(point);
         (!mm.is_nan()).then(|| format!("thickness {} mm", fixed(f64::from(mm), 2)))

@@ -1,30 +1,14 @@
 //! Volumes of bone and of cavities of what is open, their tables, and their records that can be made again.
 
-use crate::measurement::Origin;
+use crate::measurement::{Origin, RecordedVolumes};
 use crate::opened::Opened;
-use crate::record::{VerifyError, made, open};
-use bregma_field::{Clip, Measured, Progress};
+pub use crate::volumes_order::Order;
+use bregma_field::{Measured, Progress};
 use bregma_measure::csv::Made;
 use bregma_measure::numbers::{at_most, significant};
-use bregma_measure::volumes::cavity::{Cavity, MeasuredCavity, cavity};
+use bregma_measure::volumes::cavity::{MeasuredCavity, cavity};
 use bregma_measure::volumes::{Limits, Measure, MeasuredBone, Volumes, VolumesError, bone};
-use serde::{Deserialize, Serialize};
-use std::path::Path;
-use thiserror::Error;
-
-/// What is to be measured: cavities of each scan where some are named, else the bone of one scan, or of two.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Order {
-    /// Only what these leave.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub clips: Vec<Clip>,
-    /// Bone and cavities are closed at the scan's box, where that cuts them.
-    #[serde(default)]
-    pub open: bool,
-    /// The cavities.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub cavities: Vec<Cavity>,
-}
+use serde::Serialize;
 
 /// What was measured.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -47,8 +31,7 @@ pub fn measure(opened: &Opened, order: &Order, progress: &Progress) -> Result<Fo
         return Ok(Found::Bone(bone(&opened.volumes, &measured, &limits, progress)?));
     }
     let of_scan = |n: usize| {
-        let measured = &measured[n];
-        let limits = &limits;
+        let (measured, limits) = (&measured[n], &limits);
         order.cavities.iter().map(move |one| cavity(&opened.volumes[n], measured, one, limits, n, progress))
     };
     let cavities = (0..opened.volumes.len()).flat_map(of_scan).collect::<Result<_, _>>()?;
@@ -76,95 +59,11 @@ impl Found {
     }
 }
 
-/// A record of volumes, one line of JSON: what was measured, on what, and what was found.
-pub fn record(opened: &Opened, order: &Order, found: &Found) -> String {
-    let record = Record { volumes_of: order, made_by: Origin::of(opened), found };
-    serde_json::to_string(&record).expect("a record has only numbers, texts and lists") + "\n"
-}
-
-#[derive(Serialize)]
-struct Record<'a> {
-    volumes_of: &'a Order,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    made_by: Option<Origin>,
-    #[serde(flatten)]
-    found: &'a Found,
-}
-
-/// What of a record volumes are measured again from.
-#[derive(Debug, Deserialize)]
-pub struct Recorded {
-    volumes_of: Order,
-    made_by: Option<Origin>,
-    #[serde(default)]
-    measures: Vec<RecordedMeasure>,
-    #[serde(default)]
-    cavities: Vec<RecordedCavity>,
-}
-
-#[derive(Clone, Debug, Deserialize)]
-struct RecordedMeasure {
-    what: String,
-    volume_mm3: f64,
-}
-
-#[derive(Clone, Debug, Deserialize)]
-struct RecordedCavity {
-    measure: RecordedMeasure,
-}
-
-/// The record of volumes that a file is; none where it is something else.
-pub fn recorded(file: &Path) -> Option<Recorded> {
-    let text = std::fs::read_to_string(file).ok()?;
-    serde_json::from_str(&text).ok()
-}
-
-/// Volumes are the same to this part of themselves: the last digits depend on how a compiler orders sums.
-const SAME: f64 = 1e-9;
-
-/// A recorded volume, measured again.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Again {
-    /// Of what.
-    pub what: String,
-    /// As recorded, mm³.
-    pub was_mm3: f64,
-    /// Now, mm³; none where there is no such volume any more.
-    pub is_mm3: Option<f64>,
-}
-
-impl Again {
-    /// Whether it is the same.
-    pub fn holds(&self) -> bool {
-        // A volume of nothing is rounding: the cubic micrometre is far below what any scan shows.
-        self.is_mm3.is_some_and(|is| (is - self.was_mm3).abs() <= SAME * self.was_mm3.abs().max(1.0))
-    }
-}
-
-/// Why volumes cannot be measured again.
-#[derive(Debug, Error)]
-pub enum AgainError {
-    /// What they were made from.
-    #[error(transparent)]
-    Made(#[from] VerifyError),
-    /// They are not known now.
-    #[error(transparent)]
-    Volumes(#[from] VolumesError),
-}
-
-/// Measures the volumes of a record again, from the scans that it names; those beside it in `folder` count, too.
-pub fn again(recorded: &Recorded, folder: &Path, progress: &Progress) -> Result<Vec<Again>, AgainError> {
-    let origin = recorded.made_by.as_ref().ok_or_else(|| VerifyError::NoOrigin("the record of volumes".into()))?;
-    let mut opened = open(origin, folder)?;
-    opened.scene.layers = origin.scans.iter().map(|scan| scan.layer.clone()).collect();
-    let found = measure(&opened, &recorded.volumes_of, progress)?;
-    let now = found.measures();
-    let was = recorded.measures.iter().chain(recorded.cavities.iter().map(|cavity| &cavity.measure));
-    let judged = was.enumerate().map(|(n, was)| {
-        let is_mm3 = now.get(n).map(|(measure, _)| measure.volume_mm3);
-        Again { what: was.what.clone(), was_mm3: was.volume_mm3, is_mm3 }
-    });
-    Ok(judged.collect())
+/// What is kept of volumes: what was measured, on what, and what was found.
+pub fn record(made_by: Option<Origin>, order: &Order, found: &Found) -> RecordedVolumes {
+    let found = serde_json::to_value(found).expect("volumes have only numbers, texts and lists");
+    let serde_json::Value::Object(found) = found else { unreachable!("volumes have names") };
+    RecordedVolumes { volumes_of: order.clone(), made_by, found }
 }
 
 /// The columns of a table of volumes.
@@ -190,10 +89,9 @@ const COLUMNS: [&str; 18] = [
 ];
 
 /// Volumes as CSV, in the style of [`bregma_measure::csv`]: a row for each.
-pub fn csv(opened: &Opened, found: &Found) -> String {
-    let made = made(opened);
+pub fn csv(made: &Made, found: &Found) -> String {
     let kind = if matches!(found, Found::Bone(_)) { "bone" } else { "cavity" };
-    let rows = found.measures().into_iter().map(|(measure, scans)| row(kind, measure, &scans, &made, found.notes()));
+    let rows = found.measures().into_iter().map(|(measure, scans)| row(kind, measure, &scans, made, found.notes()));
     std::iter::once(COLUMNS.join(",") + "\n").chain(rows).collect()
 }
 

@@ -16,7 +16,7 @@ use bregma_session::register::By;
 use bregma_session::thickness::ThicknessMethod;
 use bregma_session::thickness_picture::Colors;
 use bregma_session::{Compare, DEMO_SIZE, DifferenceBy, Machine};
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 use std::path::PathBuf;
 
@@ -93,9 +93,14 @@ pub enum Command {
     Thickness(ThicknessArgs),
     /// How two scans differ over their whole surfaces, where, by how much, how sure: pictures, tables, coloured surfaces, a report
     #[command(
-        after_help = "Examples:\n  bregma register a.nrrd b.nrrd --out a-to-b.json\n  bregma difference a.nrrd b.nrrd --transform a-to-b.json --out difference\n  bregma difference a.nrrd b.nrrd --by thickness --only 0,-80,60,40 --out frontal\n  bregma difference skull.nrrd --by asymmetry --range 2 --isolines 0.5 --out sides"
+        after_help = "Examples:\n  bregma register a.nrrd b.nrrd --out a-to-b.json\n  bregma difference a.nrrd b.nrrd --transform a-to-b.json --out difference\n  bregma difference a.nrrd b.nrrd --by thickness --only 0,-80,60,40 --out frontal\n  bregma difference skull.nrrd --by asymmetry --range 2 --isolines 0.5 --out sides\n  bregma difference a.nrrd b.nrrd --by displacement --only 0,-50,-110,45 --out jaw\n  bregma difference mean.nrrd *.nii.gz --each --range 1.5 --out all"
     )]
     Difference(Box<DifferenceArgs>),
+    /// Thickness along a curve of the surface, of one scan or of two, and how they differ, each with its ±: chart, table, record
+    #[command(
+        after_help = "The curve runs on the first scan. Landmarks stand among the files. --through goes from landmark to landmark, --plane and --plane-at along a whole curve of a plane. The name of OUT says the form: .png or .svg (chart), .csv (table) or .json (record, for `bregma verify`).\n\nExamples:\n  bregma section skull.nrrd skull.mrk.json --through nasion,bregma,lambda,opisthion --out vault.png --out vault.csv\n  bregma section a.nrrd a.mrk.json b.nrrd --transform b-to-a.json --through nasion,bregma,lambda --out vault.svg\n  bregma section a.nrrd --plane-at 0,0,40 --normal 0,0,1 --step 0.5 --out ring.csv"
+    )]
+    Section(Box<SectionArgs>),
     /// Measure the volume of bone, of what two scans share, and of cavities
     #[command(
         after_help = "Without --cavity the bone is measured: of one scan, or of two, what both share and what each has alone. With --cavity what is reached from a point through empty space.\n\nExamples:\n  bregma volume skull.nrrd --iso 300\n  bregma volume a.nrrd --transform a-to-b.json b.nrrd --box -40,-100,-40,40,-60,0 --out volumes.csv\n  bregma volume skull.nrrd --cavity 0,0,20 --sphere-passes 3 --close 0,28,-60,0,0,1,20 --out endocranium.json"
@@ -390,10 +395,17 @@ pub struct DifferenceArgs {
     /// Folder to write into; made if it is not there
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// Which difference: to the nearest place that faces the same way, to the nearest of any sheet, along the normal, of the thickness, or to the
-    /// scan's own mirror image
+    /// Which difference: to the nearest place that faces the same way, to the nearest of any sheet, along the normal, of the thickness, how far a
+    /// part (--only) moved as a whole, or to the scan's own mirror image
     #[arg(long, value_parser = one_of::<DifferenceBy>(), default_value = "partner")]
     pub by: DifferenceBy,
+    /// Many scans: each other one against the first, each into a folder of its own in DIR, with one table.csv and one sheet.png; what stands there
+    /// already is not measured again
+    #[arg(long)]
+    pub each: bool,
+    /// The same of all pairs
+    #[arg(long, conflicts_with = "each")]
+    pub all_pairs: bool,
     /// What belongs to a point is looked for so far, mm; a twentieth of the scan's radius, rounded up, when absent
     #[arg(long, value_name = "MM", value_parser = positive)]
     pub reach: Option<f64>,
@@ -421,6 +433,49 @@ pub struct DifferenceArgs {
     /// The camera.
     #[command(flatten)]
     pub camera: CameraArgs,
+}
+
+/// `bregma section`.
+#[derive(Debug, Args)]
+#[command(group = ArgGroup::new("path").required(true).args(["through", "plane", "plane_at"]))]
+pub struct SectionArgs {
+    /// One scan or two, and landmarks.
+    #[command(flatten)]
+    pub sources: Sources<1>,
+    /// Isovalues.
+    #[command(flatten)]
+    pub isovalues: Isovalues,
+    /// More landmarks
+    #[arg(long, value_name = "FILE")]
+    pub landmarks: Vec<PathBuf>,
+    /// From landmark to landmark, by their names: two or more. Between two of them the curve lies in the plane of both and of the mean of the surface's
+    /// normals there, and is the shorter way
+    #[arg(long, value_name = "NAME,NAME,…", value_delimiter = ',')]
+    pub through: Vec<String>,
+    /// With --through: in one plane, that of three landmarks, or of least squares through more
+    #[arg(long, requires = "through")]
+    pub one_plane: bool,
+    /// A whole curve of the plane of three landmarks, or of least squares through more: mid-sagittal by nasion,bregma,opisthion
+    #[arg(long, value_name = "NAME,NAME,NAME", value_delimiter = ',')]
+    pub plane: Vec<String>,
+    /// A whole curve of the plane through a point, LPS mm
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, requires = "normal")]
+    pub plane_at: Option<DVec3>,
+    /// The direction that this plane is square to
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, requires = "plane_at")]
+    pub normal: Option<DVec3>,
+    /// Of a plane's curves the one at this landmark, from there on; else the longest that no other goes round
+    #[arg(long, value_name = "NAME", conflicts_with = "through")]
+    pub seed: Option<String>,
+    /// From station to station along the curve, mm
+    #[arg(long, value_name = "MM", value_parser = positive, default_value_t = 1.0)]
+    pub step: f64,
+    /// What belongs to a station on the second scan is looked for so far, mm; a twentieth of the scan's radius, rounded up, when absent
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    pub reach: Option<f64>,
+    /// The chart (.png, .svg), the table (.csv) or the record (.json); several may be named
+    #[arg(long, value_name = "OUT", required = true)]
+    pub out: Vec<PathBuf>,
 }
 
 /// `bregma volume`.

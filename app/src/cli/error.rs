@@ -16,8 +16,8 @@ use bregma_session::print::{FileError, PrintError, record};
 use bregma_session::record::{RecordError, VerifyError};
 use bregma_session::register::RegisterError;
 use bregma_session::save::SaveError;
+use bregma_session::section::SectionError;
 use bregma_session::views::HoldError;
-use bregma_session::volumes::AgainError;
 use std::io;
 use std::path::PathBuf;
 use thiserror::Error;
@@ -85,6 +85,9 @@ pub enum CommandError {
     /// Two surfaces without a difference.
     #[error(transparent)]
     Difference(#[from] DifferenceError),
+    /// A section that is not there.
+    #[error(transparent)]
+    Section(#[from] SectionError),
     /// A registration flattens a volume.
     #[error("the transform of a volume cannot be used: {0}")]
     Grid(#[from] GridError),
@@ -145,9 +148,6 @@ pub enum CommandError {
     /// Volumes that are not known.
     #[error(transparent)]
     Volumes(#[from] VolumesError),
-    /// Volumes that cannot be measured again.
-    #[error(transparent)]
-    Again(#[from] AgainError),
     /// Volumes that are others now.
     #[error("{lost} of {all} volumes do not hold; measure them again")]
     LostVolumes {
@@ -155,6 +155,24 @@ pub enum CommandError {
         lost: usize,
         /// All that were recorded.
         all: usize,
+    },
+    /// Pairs without a difference.
+    #[error("{failed} of {all} pairs have no difference; the table says why")]
+    SomePairs {
+        /// Those without.
+        failed: usize,
+        /// All.
+        all: usize,
+    },
+    /// A finished folder that cannot get its name.
+    #[error("{}: cannot be renamed to {} ({reason}); rename it, or free the name and run again", from.display(), to.display())]
+    Move {
+        /// Where it is.
+        from: PathBuf,
+        /// Where it belongs.
+        to: PathBuf,
+        /// What the system says.
+        reason: io::Error,
     },
     /// Lengths that are others now.
     #[error("{lost} of {all} lengths do not hold; measure them again")]

@@ -37,6 +37,7 @@ use bench::Bench;
 use bregma_field::Volume;
 use bregma_measure::DifferenceRay;
 use bregma_renderer::{Backend, BodyPlane, Integrator, Picture, Reconstruction, Scene, Setting, Solver};
+use bregma_session::coat::Coat;
 use bregma_session::{Compare, Source};
 use commands::COMMANDS;
 use egui::{Align, CentralPanel, Context, Frame, Label, Layout, Panel, Rect, RichText, Ui, ViewportCommand};
@@ -191,9 +192,19 @@ impl Workstation {
         self.panels.differences.coat().map(|coat| &*coat.measured)
     }
 
+    /// The finished section.
+    pub fn section(&self) -> Option<&bregma_session::section::Measured> {
+        self.panels.section.measured().map(|measured| &**measured)
+    }
+
     /// The registrations that are kept.
     pub fn poses(&self) -> &[bregma_session::KeptPose] {
         &self.bench.work.opened.poses
+    }
+
+    /// What was measured beside rays, as it is kept.
+    pub fn measurements(&self) -> &[bregma_session::Measurement] {
+        &self.bench.work.opened.measurements
     }
 
     /// The landmarks that were set.
@@ -286,8 +297,17 @@ impl Workstation {
         bench.under_mm = None;
         bench.view.let_go(ui.ctx(), &bench.work);
         let (picture, planes) = slice_views::divide(bench.work.opened.slices.layout, ui.available_rect_before_wrap());
+        let painting = panels.painting(&bench.work).and_then(|(scene, coat)| {
+            let on = scene.layers.iter().position(|layer| layer.visible)?;
+            Some((scene, (on, coat)))
+        });
+        // A mirror image lies elsewhere than the scan that slices show.
+        let is_there = |(scene, (on, _)): &&(Scene, (usize, Arc<dyn Coat>))| {
+            bench.work.opened.scene.layers.get(*on).is_some_and(|layer| layer.transform == scene.layers[*on].transform)
+        };
+        let worn = painting.as_ref().filter(is_there).map(|(_, worn)| worn.clone());
         for (plane, rect) in planes {
-            let shown = bench.slices.of(plane).show(ui, plane, rect, &mut bench.work, &mut bench.view, &bench.found);
+            let shown = bench.slices.of(plane).show(ui, plane, rect, &mut bench.work, &mut bench.view, &bench.found, worn.clone());
             match shown {
                 Ok(under_mm) => bench.under_mm = bench.under_mm.or(under_mm),
                 Err(text) => bench.messages.note(text),
@@ -301,8 +321,8 @@ impl Workstation {
                 let resting = bench.view.is_resting(ui.ctx());
                 let opened = &bench.work.opened;
                 bench.painter.samples_at_rest = bench.remembered.preferences.samples_at_rest;
-                match panels.painting(&bench.work) {
-                    Some((scene, coat)) => bench.painter.want(&opened.volumes, &scene, size, (Compare::Off, None), Some(coat), resting),
+                match painting {
+                    Some((scene, worn)) => bench.painter.want(&opened.volumes, &scene, size, (Compare::Off, None), Some(worn), resting),
                     None => bench.painter.want(&opened.volumes, &opened.scene, size, (opened.compare, opened.compared()), None, resting),
                 }
             }

@@ -40,7 +40,7 @@ impl<'a> PointErrors<'a> {
         progress.begin(firsts.len() as u64);
         let at = |(block, n): &([usize; 3], usize)| -> Result<_, Cancelled> {
             progress.advance(1)?;
-            Ok((*block, at_point(surface, mesh.vertices[*n], mesh.normals[*n], iso, tolerance)))
+            Ok((*block, end_at(surface, mesh.vertices[*n], mesh.normals[*n], iso, tolerance)))
         };
         let by_block = firsts.par_iter().map(at).collect::<Result<HashMap<_, _>, _>>()?;
         Ok(Self { surface, iso, tolerance, by_block })
@@ -50,7 +50,7 @@ impl<'a> PointErrors<'a> {
     /// it (−1). Where its block has no vertex, its own edge is read.
     pub fn at(&self, point: DVec3, normal: DVec3, direction: DVec3, into: f64) -> EndError {
         let known = self.by_block.get(&block_at(self.surface, point)).copied();
-        let template = known.unwrap_or_else(|| at_point(self.surface, point, normal, self.iso, self.tolerance));
+        let template = known.unwrap_or_else(|| end_at(self.surface, point, normal, self.iso, self.tolerance));
         template.nearby(self.surface, point, normal, direction, into)
     }
 }
@@ -59,8 +59,9 @@ fn block_at(surface: &Surface, point: DVec3) -> [usize; 3] {
     cell_at(surface, WorldPoint(point)).map(|n| n / BLOCK)
 }
 
-/// Of a point, along the ray against its normal.
-fn at_point(surface: &Surface, point: DVec3, normal: DVec3, iso: f64, tolerance: f64) -> EndError {
+/// What is known of a point of `surface` with its outward unit `normal`, along the ray against that, at the isovalue `iso` with its `tolerance`
+/// (values).
+pub fn end_at(surface: &Surface, point: DVec3, normal: DVec3, iso: f64, tolerance: f64) -> EndError {
     let voxel_mm = spacing_along_mm(surface, normal);
     let outside_mm = OUTSIDE_VOXEL * voxel_mm;
     // A mesh's normals are of length 1 but for rounding.

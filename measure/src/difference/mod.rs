@@ -3,6 +3,7 @@
 //!
 //! One pair has several differences, and each is a fair answer to another question; see [`By`].
 
+mod displacement;
 mod errors;
 mod statistics;
 
@@ -13,7 +14,8 @@ use crate::uncertainty::{EndError, Ends, Registered, of_difference};
 use bregma_field::crossings::{self, Kind};
 use bregma_field::interpolant::smooth_normal;
 use bregma_field::{Cancelled, Progress, Ray, Surface, WorldPoint};
-pub use errors::PointErrors;
+pub use displacement::displaced;
+pub use errors::{PointErrors, end_at};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 pub use statistics::{Extreme, Statistics};
@@ -60,11 +62,14 @@ pub struct Map {
     common: [EndError; 2],
 }
 
-/// One vertex's.
-struct Found {
-    mm: f64,
-    partner: DVec3,
-    ends: [Vec<EndError>; 2],
+/// One point's.
+pub(crate) struct Found {
+    /// Of the other against the own surface.
+    pub mm: f64,
+    /// What belongs to the point.
+    pub partner: DVec3,
+    /// Of the own, then of the other surface.
+    pub ends: [Vec<EndError>; 2],
 }
 
 /// Vertices that are looked at one after the other, each with its neighbour's partner as a hint.
@@ -94,7 +99,8 @@ pub fn map(first: Side<'_>, second: Side<'_>, on_first: bool, asked: Asked<'_>, 
         progress.advance((to - from) as u64)?;
         let (mut map, mut hint, mut ends, mut area_mm2) = (Map::default(), None, [vec![], vec![]], 0.0);
         for n in from..to {
-            let found = if asked.at[n] { at(own, other, n, asked, &mut hint) } else { None };
+            let place = [own.mesh.vertices[n], own.mesh.normals[n]];
+            let found = if asked.at[n] { at(own, other, place, asked.by, asked.reach_mm, &mut hint) } else { None };
             // From here on the first scan's come first.
             let found = found.map(|f| if on_first { f } else { f.turned() });
             if let Some(found) = &found {
@@ -146,10 +152,15 @@ impl Map {
     }
 }
 
-/// What `other` has to vertex `n` of `own`: positive where `other` stands out. `hint` is the last partner.
-fn at(own: Side<'_>, other: Side<'_>, n: usize, asked: Asked<'_>, hint: &mut Option<Partner>) -> Option<Found> {
-    let Asked { by, reach_mm, .. } = asked;
-    let (point, normal) = (own.mesh.vertices[n], own.mesh.normals[n]);
+/// What `other` has to a point of `own` with its outward unit normal: positive where `other` stands out. `hint` is the last partner.
+pub(crate) fn at(
+    own: Side<'_>,
+    other: Side<'_>,
+    [point, normal]: [DVec3; 2],
+    by: By,
+    reach_mm: f64,
+    hint: &mut Option<Partner>,
+) -> Option<Found> {
     let is_in_other = other.partners.holds(WorldPoint(point))?;
     let partner = match by {
         By::Partner | By::Thickness => other.partners.facing(WorldPoint(point), normal, reach_mm, hint.as_ref())?,
@@ -176,7 +187,7 @@ fn at(own: Side<'_>, other: Side<'_>, n: usize, asked: Asked<'_>, hint: &mut Opt
 }
 
 /// The thickness of the wall behind a point, mm, and what is known of its two ends; `None` where the scan's box cuts it.
-fn wall(side: Side<'_>, point: DVec3, normal: DVec3) -> Option<(f64, Vec<EndError>)> {
+pub(crate) fn wall(side: Side<'_>, point: DVec3, normal: DVec3) -> Option<(f64, Vec<EndError>)> {
     let (mm, end) = inward(side.surface, point, normal)?;
     if end.clipped {
         return None;

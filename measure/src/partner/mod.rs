@@ -6,7 +6,7 @@ mod tree;
 use bregma_field::interpolant::{corners, depth_at};
 use bregma_field::{Cancelled, IndexPoint, Progress, Surface, WorldPoint};
 use glam::{DMat3, DVec3, USizeVec3};
-use patch::{Part, Stationary, Trilinear, at_edges, is_turned, stationary, stationary_from};
+use patch::{Part, Stationary, Trilinear, at_edges, is_turned, leads_nearer, stationary, stationary_from};
 use tree::Tree;
 
 /// A surface, made ready to be asked for the points that are nearest to others.
@@ -16,6 +16,8 @@ pub struct Partners<'a> {
     tree: Tree,
     /// From index space to mm: uᵀGu is the square of a step's length.
     metric: DMat3,
+    /// Its diagonal.
+    steps: DVec3,
     /// How far a ball of 1 mm reaches along each axis of index space.
     reach_per_mm: DVec3,
     /// The grid's axes are not at right angles, or only to rounding.
@@ -59,6 +61,8 @@ struct Best {
 const MOST_PARTS: u32 = 20_000;
 /// Cells through which a hint is followed downhill: beyond a few it leads nowhere near.
 const MOST_CELLS_WALKED: usize = 8;
+/// Steps toward the surface until a cell is chosen to begin in: two lead into the right one or the one beside it.
+const STEPS_BELOW: usize = 2;
 /// Parts of a cell that are smaller are not halved again, voxels: what they could add to a distance is below 1e-6 voxel.
 const SMALLEST_VOXEL: f64 = 1e-6;
 /// Feet that are nearer to each other are not told apart, voxels: they are about as far away.
@@ -79,8 +83,9 @@ impl<'a> Partners<'a> {
         let rows = surface.grid.world_to_index().matrix3.transpose();
         let reach_per_mm = DVec3::new(rows.x_axis.length(), rows.y_axis.length(), rows.z_axis.length());
         let metric = steps.transpose() * steps;
+        let steps = DVec3::new(metric.x_axis.x, metric.y_axis.y, metric.z_axis.z);
         let is_sheared = [metric.x_axis.y, metric.y_axis.z, metric.z_axis.x].iter().any(|m| m.abs() > NOT_SHEARED * metric.x_axis.x);
-        Ok(Self { surface, tree: Tree::of(surface, progress)?, metric, reach_per_mm, is_sheared })
+        Ok(Self { surface, tree: Tree::of(surface, progress)?, metric, steps, reach_per_mm, is_sheared })
     }
 
     /// The point of the surface that is nearest to `point`, within `reach_mm`: the distance to it is right to 1e-6 voxel, but
@@ -126,10 +131,26 @@ impl<'a> Partners<'a> {
             return part.within(target, self.reach_per_mm * square.sqrt());
         }
         // What the ball reaches along an axis, as far off as the part is along the others.
-        let steps = DVec3::new(self.metric.x_axis.x, self.metric.y_axis.y, self.metric.z_axis.z);
-        let squares = beyond * beyond * steps;
-        let reach = (square - (squares.element_sum() - squares)).max(DVec3::ZERO) / steps;
+        let squares = beyond * beyond * self.steps;
+        let reach = (square - (squares.element_sum() - squares)).max(DVec3::ZERO) / self.steps;
         part.within(target, reach.map(f64::sqrt))
+    }
+
+    /// A cell that the surface passes beside a point that is near it, by Newton's method along the slope.
+    fn below(&self, mut point: WorldPoint) -> Option<USizeVec3> {
+        let voxel_mm = self.reach_per_mm.max_element().recip();
+        for _ in 0..STEPS_BELOW {
+            let (depth, rise) = depth_at(self.surface, point)?;
+            let step = -depth / rise.length_squared() * rise;
+            // Farther off, the slope says little; NaN where there is none.
+            if !(step.length() <= voxel_mm) {
+                return None;
+            }
+            point.0 += step;
+        }
+        let IndexPoint(at) = self.surface.grid.index(point);
+        let cells = USizeVec3::from(self.surface.grid.cells()).as_dvec3();
+        (at.cmpge(DVec3::ZERO).all() && at.cmplt(cells).all()).then(|| at.as_usizevec3())
     }
 
     fn search(&self, point: WorldPoint, wanted: Wanted, reach_mm: f64, hint: Option<&Partner>) -> Option<Partner> {
@@ -144,8 +165,8 @@ impl<'a> Partners<'a> {
             let f = Trilinear::of(f);
             InCell { partners: self, cell, f, target: at - cell.as_dvec3(), facing: facing.map(|step| f.along(step)) }
         };
-        if let Some(hint) = hint {
-            let mut cell = Some(hint.cell);
+        if let Some(start) = self.below(point).or(hint.map(|hint| hint.cell)) {
+            let mut cell = Some(start);
             for _ in 0..MOST_CELLS_WALKED {
                 let Some(here) = cell else { break };
                 cell = in_cell(here, &corners(self.surface, here)).walk(&mut best);
@@ -154,7 +175,7 @@ impl<'a> Partners<'a> {
         // What one attempt in a cell leaves open is looked at when all cells had theirs: the best is near then, and little is left.
         let mut open = vec![];
         self.tree.near(at, best.square.sqrt(), |passed| {
-            if !in_cell(passed.cell, &passed.f).attempt(Part::CELL, &mut best) {
+            if !in_cell(passed.cell, &passed.f).attempt(&mut best) {
                 open.push(*passed);
             }
             best.square.sqrt()
@@ -192,12 +213,20 @@ impl InCell<'_> {
         (ends[0] <= 0.0 && ends[1] >= 0.0 && is_facing()).then_some(part)
     }
 
-    /// Takes the nearest point of a part of the cell, if one step after the other leads to it; whether nothing in it is nearer than `best` now.
-    fn attempt(&self, part: Part, best: &mut Best) -> bool {
-        let Some(part) = self.left(part, best) else { return true };
-        let Some(found) = stationary(&self.f, part, self.target, &self.partners.metric) else { return false };
+    /// Takes the nearest point of the cell, if one step after the other leads to it; whether nothing in it is nearer than `best` now.
+    fn attempt(&self, best: &mut Best) -> bool {
+        self.left(Part::CELL, best).is_none_or(|part| self.attempt_in(part, best))
+    }
+
+    /// The same of what is left of a part of the cell.
+    fn attempt_in(&self, part: Part, best: &mut Best) -> bool {
+        let partners = self.partners;
+        if !partners.is_sheared && self.f.is_farther(part, self.target, partners.steps, best.square) {
+            return true;
+        }
+        let Some(found) = stationary(&self.f, part, self.target, &partners.metric) else { return false };
         let [is_nearer, is_taken] = self.take(&found, best);
-        (is_taken || !is_nearer) && found.is_nearest_in(&self.f, part, &self.partners.metric)
+        (is_taken || !is_nearer) && found.is_nearest_in(&self.f, part, &partners.metric)
     }
 
     /// Goes downhill: takes the nearest point of the cell if that is wanted; where it lies on a face, the cell behind that is the next.
@@ -225,7 +254,7 @@ impl InCell<'_> {
 
     /// Looks for something nearer than `best` in the cell until there is nothing.
     fn search(&self, best: &mut Best) {
-        if self.attempt(Part::CELL, best) {
+        if self.attempt(best) {
             return;
         }
         if self.facing.is_none() {
@@ -235,17 +264,22 @@ impl InCell<'_> {
         for point in at_edges(&self.f, self.target, &self.partners.metric) {
             self.take(&Stationary::at(point), best);
         }
-        for (axis, face) in Part::faces() {
+        // What is turned in all that is left of the cell is so on each of its faces.
+        let Some(left) = self.left(Part::CELL, best) else { return };
+        let turned = is_turned(&self.f, left, self.target, &self.partners.metric);
+        for (axis, face) in Part::faces().into_iter().filter(|(axis, _)| !turned[*axis]) {
             self.feet_in(face, face, Some(axis), best);
         }
-        self.feet_in(Part::CELL, Part::CELL, None, best);
+        if !turned.contains(&true) {
+            self.feet_in(Part::CELL, Part::CELL, None, best);
+        }
     }
 
     /// Looks for the nearest point in a part of the cell.
     fn nearest_in(&self, part: Part, best: &mut Best) {
         let Some(part) = self.left(part, best) else { return };
         let is_small = (part.high - part.low).max_element() < SMALLEST_VOXEL;
-        if best.parts_left == 0 || is_small || self.attempt(part, best) {
+        if best.parts_left == 0 || is_small || self.attempt_in(part, best) {
             return;
         }
         best.parts_left -= 1;
@@ -292,7 +326,8 @@ impl InCell<'_> {
         };
         let [Some(x), Some(y), Some(z)] = [0, 1, 2].map(step) else { return false };
         let steps = [x, y, z];
-        (0..8).all(|corner| {
+        // The cells across one face first, where most have something nearer; the own one, where it was found, last.
+        [1, 2, 4, 3, 5, 6, 7, 0].into_iter().all(|corner: usize| {
             let over = |a: usize| corner >> a & 1 == 1;
             if (0..3).any(|a| over(a) && steps[a] == 0) {
                 return true;
@@ -303,6 +338,11 @@ impl InCell<'_> {
                 return false;
             }
             let f = Trilinear::of(&corners(self.partners.surface, cell.as_usizevec3()));
+            // Across a face the point lies at the other cell's other end.
+            let held = [0, 1, 2].map(|a| if over(a) { -steps[a] } else { steps[a] });
+            if leads_nearer(&f, found.point - offset, held, self.target - offset, &self.partners.metric) {
+                return false;
+            }
             let Some(part) = Part::CELL.within(found.point - offset, DVec3::splat(BESIDE_VOXEL)) else { return true };
             stationary(&f, part, self.target - offset, &self.partners.metric).is_none_or(|other| {
                 let away = other.point - (self.target - offset);

@@ -46,18 +46,53 @@ pub(super) fn draw(frame: &Frame, scene: &Scene, bands: &[Vec<Vec<[f32; 4]>>], p
         for (pixel, cover) in rgba.iter_mut().zip(&covers).filter(|(_, cover)| cover.most > 0.0) {
             let own = if is_alone { amber } else { frame.layers[usize::from(cover.layer)].appearance.color };
             let color = own.lerp(amber, cover.second / cover.most);
-            // Over a clear background the line is as clear as it covers.
-            let alpha = (cover.most * 255.0).round() as u8;
-            let below = Vec3::from([0, 1, 2].map(|a| srgb8_to_f32(pixel[a])));
-            let mixed = if pixel[3] == 0 { color } else { below.lerp(color, cover.most) };
-            let [r, g, b] = mixed.to_array().map(f32_to_srgb8);
-            *pixel = [r, g, b, pixel[3].max(alpha)];
+            *pixel = over(*pixel, color, cover.most);
         }
     });
 }
 
+/// Draws segments of a picture's contours over it, `width_px` wide, each in a colour of its own; where they meet, the one that covers more is seen.
+pub fn stroke(picture: &mut Picture, segments: &[([f32; 4], Color)], width_px: f32) {
+    let size = [0, picture.width as usize, picture.height as usize];
+    let mut covers: Vec<(f32, usize)> = vec![(0.0, 0); picture.rgba.len()];
+    for (n, (segment, _)) in segments.iter().enumerate() {
+        each_covered(segment, width_px / 2.0, size, |at, covered| {
+            if covered > covers[at].0 {
+                covers[at] = (covered, n);
+            }
+        });
+    }
+    for (pixel, (covered, n)) in picture.rgba.iter_mut().zip(&covers).filter(|(_, (covered, _))| *covered > 0.0) {
+        *pixel = over(*pixel, segments[*n].1.linear(), *covered);
+    }
+}
+
+/// A line's colour over a pixel that it covers by so much. Over a clear background the line is as clear as it covers.
+fn over(pixel: [u8; 4], color: Vec3, covered: f32) -> [u8; 4] {
+    let alpha = (covered * 255.0).round() as u8;
+    let below = Vec3::from([0, 1, 2].map(|a| srgb8_to_f32(pixel[a])));
+    let mixed = if pixel[3] == 0 { color } else { below.lerp(color, covered) };
+    let [r, g, b] = mixed.to_array().map(f32_to_srgb8);
+    [r, g, b, pixel[3].max(alpha)]
+}
+
 /// Adds a segment of a layer to what is covered of the pixels of a band that begins at row `first`.
-fn put([x0, y0, x1, y1]: &[f32; 4], half: f32, layer: u8, covers: &mut [Cover], [first, width, rows]: [usize; 3]) {
+fn put(segment: &[f32; 4], half: f32, layer: u8, covers: &mut [Cover], size: [usize; 3]) {
+    each_covered(segment, half, size, |at, covered| {
+        let cover = &mut covers[at];
+        if cover.most == 0.0 || cover.layer == layer {
+            (cover.most, cover.layer) = (cover.most.max(covered), layer);
+        } else if covered > cover.most {
+            *cover = Cover { most: covered, layer, second: cover.most };
+        } else {
+            cover.second = cover.second.max(covered);
+        }
+    });
+}
+
+/// Tells each pixel of a band that begins at row `first` how far a segment of half a width covers it.
+#[inline(always)]
+fn each_covered([x0, y0, x1, y1]: &[f32; 4], half: f32, [first, width, rows]: [usize; 3], mut tell: impl FnMut(usize, f32)) {
     let reach = half + 0.5;
     let (a, b) = (Vec2::new(*x0, *y0 - first as f32), Vec2::new(*x1, *y1 - first as f32));
     let (low, high) = (a.min(b) - reach, a.max(b) + reach);
@@ -70,17 +105,8 @@ fn put([x0, y0, x1, y1]: &[f32; 4], half: f32, layer: u8, covers: &mut [Cover], 
             let from = Vec2::new(x as f32, y as f32) - a;
             let share = (from.dot(along) * inverse).clamp(0.0, 1.0);
             let away = (from - share * along).length_squared();
-            if away >= reach * reach {
-                continue;
-            }
-            let covered = (reach - away.sqrt()).min(1.0);
-            let cover = &mut covers[y * width + x];
-            if cover.most == 0.0 || cover.layer == layer {
-                (cover.most, cover.layer) = (cover.most.max(covered), layer);
-            } else if covered > cover.most {
-                *cover = Cover { most: covered, layer, second: cover.most };
-            } else {
-                cover.second = cover.second.max(covered);
+            if away < reach * reach {
+                tell(y * width + x, (reach - away.sqrt()).min(1.0));
             }
         }
     }

@@ -8,6 +8,7 @@ mod lines;
 mod plane;
 
 pub use contour::Contour;
+pub use lines::stroke;
 pub use plane::{BodyPlane, view_of_plane};
 
 use crate::InstructionSet;

@@ -8,6 +8,7 @@ pub mod integrals;
 pub mod normals;
 pub mod plot;
 pub mod scatter;
+pub mod section;
 pub mod table;
 
 use bregma_field::{Cancelled, Progress, Volume};

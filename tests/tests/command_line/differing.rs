@@ -35,3 +35,58 @@ fn a_difference_is_written_told_and_verified() {
     assert!(sides.contains("mirrored"), "{sides}");
     ok(&folder, "verify sides/difference.json");
 }
+
+#[test]
+fn a_part_that_moved_is_told_and_verified() {
+    // Fails if the motion is not in the record, is not measured again, or everything may be taken for a part.
+    let folder = folder("displaced");
+    ok(&folder, "demo --size 64 --out .");
+    let told = stdout(&ok(&folder, "difference a.nrrd b.nrrd --by displacement --only -75,-105,-125,75,15,-98 --out jaw --size 80x60"));
+    assert!(told.contains("without a sign"), "{told}");
+    let record: Value = serde_json::from_slice(&std::fs::read(folder.join("jaw/difference.json")).unwrap()).unwrap();
+    let shift: Vec<f64> = (0..3).map(|n| record["difference"]["moved"]["shift_mm"][n].as_f64().unwrap()).collect();
+    assert!((shift[0] - 3.0).abs() < 0.1 && (shift[1] + 2.0).abs() < 0.1 && shift[2].abs() < 0.4, "{shift:?}");
+    ok(&folder, "verify jaw/difference.json");
+    fails(&folder, "difference a.nrrd b.nrrd --by displacement --out all", &["no part is named"]);
+}
+
+#[test]
+fn many_scans_against_one_are_one_table_and_go_on_where_they_were() {
+    // Fails if a pair is left out or measured twice, a stop leaves something half, one failure takes the others with it, or other orders are taken
+    // for this one.
+    let folder = folder("differences");
+    ok(&folder, "demo --size 48 --out .");
+    std::fs::copy(folder.join("b.nrrd"), folder.join("c.nrrd")).unwrap();
+    std::fs::write(folder.join("broken.nrrd"), b"NRRD0004\n").unwrap();
+    let all = "difference a.nrrd b.nrrd broken.nrrd c.nrrd --each --out all --size 120x100 --range 2";
+    let stopped = bregma(&folder, all);
+    assert_eq!(stopped.status.code(), Some(1));
+    let table = || std::fs::read_to_string(folder.join("all/table.csv")).unwrap();
+    let first = table();
+    let column = |line: &str, name: &str| {
+        let n = first.lines().next().unwrap().split(',').position(|c| c == name).unwrap();
+        line.split(',').nth(n).unwrap().to_owned()
+    };
+    assert_eq!(first.lines().count(), 1 + 2 + 1 + 2, "{first}");
+    assert!(first.lines().nth(3).unwrap().contains("broken.nrrd"), "{first}");
+    // The same scan by another name differs as much.
+    let mean = |n: usize| column(first.lines().nth(n).unwrap(), "mean_mm").parse::<f64>().unwrap();
+    assert!(mean(1) != 0.0 && mean(1) == mean(4), "{first}");
+    // Without what broke, and with one pair gone as if stopped: that alone is measured again.
+    let folders: Vec<String> = [1, 4].map(|n| column(first.lines().nth(n).unwrap(), "folder")).to_vec();
+    let record = |n: usize| folder.join("all").join(&folders[n]).join("difference.json");
+    let times = [0, 1].map(|n| std::fs::metadata(record(n)).unwrap().modified().unwrap());
+    std::fs::remove_file(record(1)).unwrap();
+    ok(&folder, &all.replace("broken.nrrd ", ""));
+    assert!(std::fs::metadata(record(0)).unwrap().modified().unwrap() == times[0] && record(1).exists());
+    assert_eq!(table().lines().skip(1).map(|l| column(l, "mean_mm")).collect::<Vec<_>>().len(), 4);
+    assert!(std::fs::read_dir(folder.join("all")).unwrap().all(|e| !e.unwrap().path().to_string_lossy().ends_with(".part")));
+    let (_, width, height) = bregma_session::output::read_figure(&folder.join("all/sheet.png")).unwrap();
+    assert!(width > 600 && height > 250);
+    // Another order is another measurement, and all pairs are three.
+    ok(&folder, "difference a.nrrd b.nrrd c.nrrd --all-pairs --by closest --out pairs --size 60x50");
+    let pairs = std::fs::read_to_string(folder.join("pairs/table.csv")).unwrap();
+    assert!(pairs.lines().count() == 7 && pairs.contains(",closest,"), "{pairs}");
+    let three = bregma(&folder, "difference a.nrrd b.nrrd c.nrrd --out none");
+    assert!(three.status.code() == Some(2) && String::from_utf8_lossy(&three.stderr).contains("--each"));
+}

@@ -6,6 +6,7 @@ mod differing;
 mod measuring;
 mod printing;
 mod registering;
+mod sectioning;
 mod volumes;
 
 use serde_json::Value;

@@ -43,6 +43,14 @@ fn what_has_no_volume_is_one_clear_line() {
     let unknown = bregma(&d, "volume ball.nrrd --iso 0 --cavity bregma");
     assert!(unknown.status.code() == Some(2) && stderr(&unknown).contains("nor a landmark"), "{unknown:?}");
     // A box around empty space closes it.
-    let said = stdout(&ok(&d, "volume ball.nrrd --iso 0 --cavity 2,2,2 --box 1,1,1,3,3,3"));
+    let said = stdout(&ok(&d, "volume ball.nrrd --iso 0 --cavity 2,2,2 --box 1,1,1,3,3,3 --out cavity.json"));
     assert!(said.contains(" 8.0 "), "{said}");
+    assert_eq!(stdout(&ok(&d, "verify cavity.json")), "1 of 1 volumes hold\n");
+    let record = std::fs::read_to_string(d.join("cavity.json")).unwrap();
+    std::fs::write(d.join("moved.json"), record.replace("\"seed_mm\":[2.0", "\"seed_mm\":[9.0")).unwrap();
+    assert!(!bregma(&d, "verify moved.json").status.success(), "a seed outside of the box has no such volume");
+    // The same around a landmark by its name.
+    std::fs::write(d.join("seed.csv"), "kind,name,x_mm,y_mm,z_mm,scan\nlandmark,corner,2,2,2,ball.nrrd\n").unwrap();
+    let named = stdout(&ok(&d, "volume ball.nrrd seed.csv --iso 0 --cavity corner --box 1,1,1,3,3,3"));
+    assert!(named.contains(" 8.0 "), "{named}");
 }

@@ -6,6 +6,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 mod brute;
+mod displacement;
 mod known;
 mod partners;
 mod pictures;

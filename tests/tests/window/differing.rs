@@ -1,7 +1,9 @@
 //! Maps of the difference between two scans.
 
 use super::*;
-use bregma_session::DifferenceBy as By;
+use bregma_field::{Progress, formats};
+use bregma_session::{DifferenceBy as By, Source};
+use bregma_synthetic::{Which, skull};
 
 #[test]
 fn a_map_of_differences_is_measured_painted_and_leads_to_rays() {
@@ -61,4 +63,56 @@ fn a_map_of_differences_is_measured_painted_and_leads_to_rays() {
     window.get_by_label_contains("measure again");
     let measured = window.state().differences().unwrap();
     assert_eq!((measured.order.by, measured.halves.len()), (By::Partner, 2));
+}
+
+/// The demo pair of few samples, as files.
+pub fn small_pair(name: &str, size: usize) -> Vec<Source> {
+    [Which::A, Which::B]
+        .map(|which| {
+            let file = std::env::temp_dir().join(format!("bregma-window-{}-{name}-{which:?}.nrrd", std::process::id()));
+            formats::write(&file, &skull(which, size, &Progress::default()).unwrap(), &Progress::default()).unwrap();
+            Source { file, ..Source::default() }
+        })
+        .to_vec()
+}
+
+#[test]
+fn a_map_leads_from_a_ray_to_its_partner_its_legend_is_drawn_by_hand_and_slices_wear_it() {
+    // Fails if what belongs to a place cannot be reached from it, a hand on the legend does nothing, or slices stay as they were.
+    let mut window = open(Start::Files(small_pair("worn", 64)));
+    wait(&mut window, "the pair", |w| !w.is_loading());
+    settle(&mut window);
+    command(&mut window, "Differences");
+    window.get_by_label("Measure the difference").click();
+    wait(&mut window, "the map", |w| w.differences().is_some());
+    settle(&mut window);
+    let target = on_bone(&window);
+    click(&mut window, target);
+    settle(&mut window);
+    command(&mut window, "Differences");
+    window.get_by_label_contains("At the selected ray: ");
+    let first = window.state().difference_ray().cloned();
+    assert!(first.is_some());
+    let partner = window.get_by_label_contains("partner at ");
+    partner.scroll_to_me();
+    window.run_steps(4);
+    window.get_by_label_contains("partner at ").click();
+    window.run_steps(4);
+    assert!(window.state().difference_ray().cloned() != first, "the ray through both is another one");
+    undo(&mut window);
+    let legend = rect_of(&window, "Legend of the difference");
+    let range = |window: &Window| window.get_by_label("End of the colours").value().unwrap();
+    assert!(window.query_by_label("End of the colours").is_none());
+    drag(&mut window, legend.center() + egui::vec2(40.0, 0.0), legend.center() + egui::vec2(80.0, 0.0));
+    let wide = range(&window);
+    drag(&mut window, legend.center() + egui::vec2(-40.0, 0.0), legend.center() + egui::vec2(0.0, 0.0));
+    assert_ne!(range(&window), wide);
+    command(&mut window, "Axial slice alone");
+    settle(&mut window);
+    let slice = |window: &Window| window.state().slice(bregma_renderer::BodyPlane::Axial).unwrap().0.rgba.clone();
+    let worn = slice(&window);
+    screenshot(&mut window, "differences-slice.png");
+    choose(&mut window, Role::CheckBox, "Show on the surface");
+    settle(&mut window);
+    assert!(changed(&worn, &slice(&window)) > 200);
 }

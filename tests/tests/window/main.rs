@@ -23,10 +23,12 @@ mod opening;
 mod preferring;
 mod printing;
 mod registering;
+mod sectioning;
 mod sheet;
 mod slices;
 mod stage;
 mod tasks;
+mod volumes;
 
 use bregma::window::{Preferences, Start, Workstation};
 use bregma_renderer::Mode;

@@ -112,3 +112,52 @@ fn tasks_take_as_many_clicks_as_the_guide_says() {
     let compare = hand.window.state().compare();
     hand.done(10, "beside each other", compare == Compare::SideBySide, 0, 2);
 }
+
+#[test]
+fn whether_a_bone_is_thicker_is_answered_from_two_files() {
+    // Fails if the answer takes more than the guide says, is another than the phantom's, or does not say how sure it is. The files are chosen in the
+    // desktop's own dialog, by three clicks more.
+    let begun = Instant::now();
+    let mut window = open(Start::Files(differing::small_pair("thicker", 96)));
+    wait(&mut window, "the pair", |w| !w.is_loading());
+    settle(&mut window);
+    let mut hand = Hand { window, clicks: 3, keys: 0 };
+    hand.click(Role::Button, "Register");
+    hand.clicks += 1;
+    hand.window.get_by_label("Fit").click();
+    let lie = |w: &Workstation| w.scene().layers.iter().map(|layer| layer.transform).collect::<Vec<_>>();
+    let before = lie(hand.window.state());
+    wait(&mut hand.window, "the fit", |w| lie(w) != before);
+    settle(&mut hand.window);
+    hand.key(Key::L);
+    // The middle of the frontal bone.
+    let (picture, rect) = (hand.window.state().picture().unwrap(), hand.window.state().picture_rect().unwrap());
+    let at = hand.window.state().scene().camera.project(
+        bregma_field::WorldPoint(glam::DVec3::new(0.0, -90.0, 20.0)),
+        picture.width,
+        picture.height,
+    );
+    let at = rect.min + egui::vec2(at.unwrap().0 as f32, at.unwrap().1 as f32);
+    hand.click_at(at);
+    hand.click(Role::Button, "Differences");
+    hand.click(Role::RadioButton, "Thickness");
+    hand.click(Role::RadioButton, "Around a landmark");
+    hand.clicks += 1;
+    hand.window.get_by_label("Measure the difference").click();
+    wait(&mut hand.window, "the difference", |w| w.differences().is_some());
+    settle(&mut hand.window);
+    let half = &hand.window.state().differences().unwrap().halves[0];
+    let s = half.statistics.as_ref().unwrap();
+    println!(
+        "thicker by {:.2} ± {:.2} mm, sure on {:.0} % of the place; {:.1} s",
+        s.mean_mm,
+        s.mean_uncertainty.error_mm,
+        100.0 * s.sure,
+        begun.elapsed().as_secs_f64()
+    );
+    // 3.5 mm in the middle of the bone, less around.
+    let is_right = s.mean_mm > 1.5 && s.mean_mm < 3.6 && s.mean_mm > s.mean_uncertainty.error_mm && s.sure > 0.5 && !s.extremes.is_empty();
+    screenshot(&mut hand.window, "thicker.png");
+    hand.done(21, "is the frontal bone thicker", is_right, 1, 10);
+    assert!(begun.elapsed() < Duration::from_secs(180));
+}

@@ -13,6 +13,7 @@ use bregma_session::coat::Coat;
 use bregma_session::difference::{Measured, measure};
 use bregma_session::difference_picture::{DifferenceCoat, LEAST_RANGE_MM, Scale};
 use bregma_session::difference_report::html;
+use bregma_session::difference_table::record_file;
 use bregma_session::output::{make_folder, write_whole};
 use bregma_session::print::figure_png;
 use bregma_session::{DifferenceBy, DifferenceOrder, Machine, Opened, Origin, save};
@@ -25,37 +26,55 @@ pub fn difference(args: &DifferenceArgs, machine: Machine) -> Result<(), Command
     let wanted = if args.by == DifferenceBy::Asymmetry { 1 } else { 2 };
     if opened.volumes.len() != wanted {
         let count = opened.volumes.len();
-        return Err(CommandError::Usage(format!("{count} scans are named; such a difference is of {wanted}")));
+        let many =
+            if count > 2 && wanted == 2 { ": --each measures each other one against the first, --all-pairs all of them" } else { "" };
+        return Err(CommandError::Usage(format!("{count} scans are named; such a difference is of {wanted}{many}")));
     }
     require_spacing(&opened)?;
-    let order = DifferenceOrder {
+    let measured = measured_into(args, machine, &mut opened, &args.out, args.range)?;
+    print(&told(&measured, &args.out))
+}
+
+/// What is asked for of such scans.
+pub(super) fn order(args: &DifferenceArgs, opened: &Opened) -> DifferenceOrder {
+    DifferenceOrder {
         by: args.by,
-        pair: [0, wanted - 1],
+        pair: [0, opened.volumes.len() - 1],
         reach_mm: args.reach,
         parts: Parts { only: args.only.clone(), but: args.but.clone() },
         clips: if args.as_cut { opened.scene.clips.clone() } else { vec![] },
-    };
-    let measured = with_progress("measuring", |progress| measure(&opened, &order, progress))?;
+    }
+}
+
+/// Measures, and writes all of it into a folder, the record last. The colours end at `range_mm`, or where 95 % of both surfaces stay below.
+pub(super) fn measured_into(
+    args: &DifferenceArgs,
+    machine: Machine,
+    opened: &mut Opened,
+    folder: &Path,
+    range_mm: Option<f64>,
+) -> Result<Arc<Measured>, CommandError> {
+    let order = order(args, opened);
+    let measured = Arc::new(with_progress("measuring", |progress| measure(opened, &order, progress))?);
     warn(&measured.notes);
-    make_folder(&args.out)?;
-    let origin = Origin::of(&opened);
-    let measured = Arc::new(measured);
-    let range_mm = args.range.unwrap_or_else(|| measured.range_mm()).max(LEAST_RANGE_MM);
+    make_folder(folder)?;
+    let origin = Origin::of(opened);
+    let range_mm = range_mm.unwrap_or_else(|| measured.range_mm()).max(LEAST_RANGE_MM);
     let scale = Scale { range_mm, grey_within_error: !args.all_colors, isolines_mm: args.isolines };
     let coats = [0, 1].map(|on| DifferenceCoat { measured: Arc::clone(&measured), on, scale });
     let mut figures = vec![];
     for (coat, name) in coats.iter().zip(["first", "second"]) {
-        let figure = drawn(&mut opened, coat, args, machine)?;
-        write_whole(&args.out.join(format!("{name}.png")), &figure)?;
+        let figure = drawn(opened, coat, args, machine)?;
+        write_whole(&folder.join(format!("{name}.png")), &figure)?;
         figures.push((format!("On {}. {}.", coat.half().name, measured.legend()), figure));
         for ending in ["csv", "ply"] {
-            save::difference(&args.out.join(format!("{name}.{ending}")), coat, None, TableStyle::default())?;
+            save::difference(&folder.join(format!("{name}.{ending}")), coat, None, TableStyle::default())?;
         }
     }
+    write_whole(&folder.join("report.html"), html(&measured, &figures, origin.as_ref()).as_bytes())?;
     let record = serde_json::to_string_pretty(&measured.record(origin.as_ref())).expect("a record has only numbers, texts and lists");
-    write_whole(&args.out.join("difference.json"), record.as_bytes())?;
-    write_whole(&args.out.join("report.html"), html(&measured, &figures, origin.as_ref()).as_bytes())?;
-    print(&told(&measured, &args.out))
+    write_whole(&record_file(folder), record.as_bytes())?;
+    Ok(measured)
 }
 
 /// The picture of one surface with its legend, as PNG.

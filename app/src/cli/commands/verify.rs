@@ -5,50 +5,39 @@ use crate::cli::error::CommandError;
 use crate::cli::terminal::{print, warn, with_progress};
 use bregma_measure::numbers::fixed;
 use bregma_session::print::record::{self as picture, Likeness};
-use bregma_session::record::{Verdict, Verifier, read};
+use bregma_session::record::{Judged, Unit, Verdict, Verifier, read};
 use bregma_session::register::{SAME_POSE_MM, again};
-use bregma_session::volumes::{self, Recorded, recorded};
 use bregma_session::{Kind, Machine, Source};
 use std::path::{Path, PathBuf};
 
 /// Measures everything that the files record again, and says which lengths, volumes and registrations still hold. Fails if one does not.
 pub fn verify(args: &VerifyArgs, machine: Machine) -> Result<(), CommandError> {
-    let (mut held, mut all, mut text) = (0, 0, String::new());
+    let mut text = String::new();
     let (pictures, files): (Vec<&PathBuf>, Vec<&PathBuf>) = args.files.iter().partition(|file| picture::of(file).is_some());
     let other = verify_pictures(&pictures, args.all, machine, &mut text)?;
     let (registrations, files): (Vec<&PathBuf>, Vec<&PathBuf>) = files.into_iter().partition(|file| is_registration(file));
     let (moved, made) = verify_registrations(&registrations, &mut text)?;
-    let (volumes, files): (Vec<_>, Vec<_>) =
-        files.into_iter().map(|file| (file, recorded(file))).partition(|(_, volumes)| volumes.is_some());
-    let files: Vec<&PathBuf> = files.into_iter().map(|(file, _)| file).collect();
-    let volumes: Vec<(&PathBuf, Recorded)> = volumes.into_iter().filter_map(|(file, volumes)| Some((file, volumes?))).collect();
-    let (lost, volumes) = verify_volumes(&volumes, args.all, &mut text)?;
+    let mut all = vec![];
     for file in files {
         let mut verifier = Verifier::default();
         for (n, record) in read(file)?.iter().enumerate() {
             let folder = file.parent().unwrap_or(Path::new(""));
-            let verified = verifier.verify(n + 1, record, folder);
+            let verified = with_progress("measuring", |_| verifier.verify(n + 1, record, folder));
             let (judged, notes) = verified.map_err(|reason| CommandError::Verify { file: file.clone(), reason: Box::new(reason) })?;
             warn(&notes);
-            for length in judged {
-                all += 1;
-                let what = match length.verdict {
-                    Verdict::Holds => "holds".to_owned(),
-                    Verdict::Differs { was_mm, is_mm } => format!("was {} mm and is {} mm", fixed(was_mm, 6), fixed(is_mm, 6)),
-                    Verdict::Gone(why) => why.to_owned(),
-                };
-                held += usize::from(length.verdict == Verdict::Holds);
-                if args.all || length.verdict != Verdict::Holds {
-                    text += &format!("{}: {what}\n", length.what);
-                }
-            }
+            judged.iter().filter(|one| args.all || one.verdict != Verdict::Holds).for_each(|one| text += &told(one));
+            all.extend(judged);
         }
     }
     if made > 0 {
         text += &format!("{} of {made} registrations hold\n", made - moved);
     }
-    if made + volumes + pictures.len() == 0 || all > 0 {
-        text += &format!("{held} of {all} lengths hold\n");
+    let [lengths, volumes] = [Unit::Mm, Unit::Mm3].map(|unit| Count::of(&all, unit));
+    if volumes.all > 0 {
+        text += &format!("{} of {} volumes hold\n", volumes.all - volumes.lost, volumes.all);
+    }
+    if made + volumes.all + pictures.len() == 0 || lengths.all > 0 {
+        text += &format!("{} of {} lengths hold\n", lengths.all - lengths.lost, lengths.all);
     }
     print(&text)?;
     if other > 0 {
@@ -57,10 +46,36 @@ pub fn verify(args: &VerifyArgs, machine: Machine) -> Result<(), CommandError> {
     if moved > 0 {
         return Err(CommandError::Moved { moved, made });
     }
-    if lost > 0 {
-        return Err(CommandError::LostVolumes { lost, all: volumes });
+    if volumes.lost > 0 {
+        return Err(CommandError::LostVolumes { lost: volumes.lost, all: volumes.all });
     }
-    if held == all { Ok(()) } else { Err(CommandError::Lost { lost: all - held, all }) }
+    if lengths.lost == 0 { Ok(()) } else { Err(CommandError::Lost { lost: lengths.lost, all: lengths.all }) }
+}
+
+/// A judgement in a line.
+fn told(one: &Judged) -> String {
+    let unit = match one.unit {
+        Unit::Mm => "mm",
+        Unit::Mm3 => "mm³",
+    };
+    match one.verdict {
+        Verdict::Holds => format!("{}: holds\n", one.what),
+        Verdict::Differs { was, is } => format!("{}: was {} {unit} and is {} {unit}\n", one.what, fixed(was, 6), fixed(is, 6)),
+        Verdict::Gone(why) => format!("{}: {why}\n", one.what),
+    }
+}
+
+/// How many numbers of a unit there are, and how many do not hold.
+struct Count {
+    all: usize,
+    lost: usize,
+}
+
+impl Count {
+    fn of(judged: &[Judged], unit: Unit) -> Self {
+        let own = || judged.iter().filter(|one| one.unit == unit);
+        Self { all: own().count(), lost: own().filter(|one| one.verdict != Verdict::Holds).count() }
+    }
 }
 
 fn is_registration(file: &Path) -> bool {
@@ -92,28 +107,6 @@ fn verify_pictures(files: &[&PathBuf], all: bool, machine: Machine, text: &mut S
         *text += &format!("{} of {} pictures hold\n", files.len() - lost, files.len());
     }
     Ok(lost)
-}
-
-/// Measures volumes again: how many are others now, of how many.
-fn verify_volumes(files: &[(&PathBuf, Recorded)], all: bool, text: &mut String) -> Result<(usize, usize), CommandError> {
-    let (mut lost, mut count) = (0, 0);
-    for (file, recorded) in files {
-        let folder = file.parent().unwrap_or(Path::new(""));
-        for volume in with_progress("measuring", |progress| volumes::again(recorded, folder, progress))? {
-            count += 1;
-            lost += usize::from(!volume.holds());
-            let is = volume.is_mm3.map_or("is not there now".into(), |is| format!("is {} mm³", fixed(is, 6)));
-            if !volume.holds() {
-                *text += &format!("{}: was {} mm³ and {is}\n", volume.what, fixed(volume.was_mm3, 6));
-            } else if all {
-                *text += &format!("{}: holds\n", volume.what);
-            }
-        }
-    }
-    if count > 0 {
-        *text += &format!("{} of {count} volumes hold\n", count - lost);
-    }
-    Ok((lost, count))
 }
 
 /// Makes registrations again: how many are others now, of how many.

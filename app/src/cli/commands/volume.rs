@@ -9,9 +9,10 @@ use bregma_field::{Clip, Shape};
 use bregma_measure::numbers::{fixed, significant, suffix};
 use bregma_measure::volumes::Measure;
 use bregma_measure::volumes::cavity::Cavity;
-use bregma_session::Opened;
 use bregma_session::output::write_whole;
+use bregma_session::record::made;
 use bregma_session::volumes::{Found, Order, csv, measure, record};
+use bregma_session::{Measurement, Opened, Origin};
 use glam::DVec3;
 
 /// Measures volumes, and prints or writes them.
@@ -24,11 +25,12 @@ pub fn volume(args: &VolumeArgs) -> Result<(), CommandError> {
     let order = order(&opened, args)?;
     let found = with_progress("measuring", |progress| measure(&opened, &order, progress))?;
     warn(found.notes());
+    let record = || Measurement::Volumes(Box::new(record(Origin::of(&opened), &order, &found))).to_string() + "\n";
     if let Some(file) = &args.out {
-        let text = if file.is_json { record(&opened, &order, &found) } else { csv(&opened, &found) };
+        let text = if file.is_json { record() } else { csv(&made(&opened), &found) };
         write_whole(&file.path, text.as_bytes())?;
     }
-    print(&if args.json { record(&opened, &order, &found) } else { told(&found) })
+    print(&if args.json { record() } else { told(&found) })
 }
 
 fn order(opened: &Opened, args: &VolumeArgs) -> Result<Order, CommandError> {

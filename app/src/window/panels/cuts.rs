@@ -55,16 +55,6 @@ pub fn show(ui: &mut Ui, work: &mut Work) {
     });
 }
 
-/// Forgets layer `removed`: later ones are counted one lower, and a cut of it alone goes with it.
-pub fn forget_layer(clips: &mut Vec<Clip>, removed: usize) {
-    clips.retain_mut(|clip| {
-        let Some(layers) = &mut clip.layers else { return true };
-        layers.retain(|n| *n != removed);
-        layers.iter_mut().filter(|n| **n > removed).for_each(|n| *n -= 1);
-        !layers.is_empty()
-    });
-}
-
 fn plane(normal: DVec3, at: DVec3) -> Clip {
     Clip::all(Shape::Plane { normal, offset_mm: normal.dot(at) })
 }
@@ -248,15 +238,6 @@ fn face(ui: &mut Ui, scene: &mut Scene, volumes: &[Arc<Volume>]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn cuts_follow_their_volumes_when_one_is_removed() {
-        // Fails if a cut of the second volume cuts another one after the first is gone, or outlives the only one that it cuts.
-        let of = |layers: &[usize]| Clip { layers: Some(layers.to_vec()), ..plane(DVec3::X, DVec3::ZERO) };
-        let mut clips = vec![plane(DVec3::Z, DVec3::ZERO), of(&[0]), of(&[0, 2]), of(&[1])];
-        forget_layer(&mut clips, 0);
-        assert_eq!(clips.iter().map(|c| c.layers.clone()).collect::<Vec<_>>(), [None, Some(vec![1]), Some(vec![0])]);
-    }
 
     #[test]
     fn planes_are_named_as_anatomists_do() {

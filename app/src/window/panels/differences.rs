@@ -16,7 +16,7 @@ use bregma_session::coat::{Coat, share};
 use bregma_session::difference::{Measured, measure, reach_mm};
 use bregma_session::difference_picture::{DifferenceCoat, LEAST_RANGE_MM, Scale};
 use bregma_session::{DifferenceBy as By, DifferenceOrder as Order, Measurement, Origin, save};
-use egui::{Button, DragValue, Grid, ScrollArea, Ui};
+use egui::{Button, Checkbox, DragValue, Grid, ScrollArea, Ui};
 use std::sync::Arc;
 
 /// The panel.
@@ -28,6 +28,8 @@ pub struct DifferencesPanel {
     reach_mm: Option<f64>,
     /// How far around the last landmark; everywhere when absent.
     patch_mm: Option<f64>,
+    /// Only what cuts leave of the surfaces.
+    as_cut: bool,
     /// The end of the colours where a person says so.
     range_mm: Option<f64>,
     isolines_mm: Option<f64>,
@@ -42,7 +44,7 @@ pub struct DifferencesPanel {
 }
 
 /// Each difference, its name, and what it answers.
-const KINDS: [(By, &str, &str); 5] = [
+const KINDS: [(By, &str, &str); 6] = [
     (
         By::Partner,
         "Partners",
@@ -51,6 +53,7 @@ const KINDS: [(By, &str, &str); 5] = [
     (By::Closest, "Closest points", "To the nearest place of any sheet, as CloudCompare and VTK have it"),
     (By::Normal, "Along the normal", "To the first place along the normal that faces the same way"),
     (By::Thickness, "Thickness", "How much thicker the bone is at the partner, each along its own normal"),
+    (By::Displacement, "Displacement", "How far a part, as a jaw or a tooth, moved as a whole: around a landmark on it"),
     (By::Asymmetry, "Asymmetry", "To the first scan's own mirror image"),
 ];
 
@@ -123,10 +126,21 @@ impl DifferencesPanel {
         }
         self.reach(ui, work, pair);
         maps::place(ui, &mut self.patch_mm, work.measured.landmarks.iter().rfind(|l| l.point_mm.is_some()));
-        let is_one = self.by != By::Asymmetry && pair[0] == pair[1];
-        let measures = ui.add_enabled(!is_one, Button::new("Measure the difference")).on_disabled_hover_text("Choose two scans");
+        let cuts = opened.scene.clips.iter().any(|clip| clip.enabled);
+        let hint = "A box, a sphere or planes say where (Cuts): distances are those of the whole bone all the same";
+        ui.add_enabled(cuts, Checkbox::new(&mut self.as_cut, "Only what cuts leave")).on_hover_text(hint).on_disabled_hover_text(hint);
+        let order = self.order(work, pair);
+        let lacks = if self.by != By::Asymmetry && pair[0] == pair[1] {
+            Some("Choose two scans")
+        } else if self.by == By::Displacement && order.parts.is_all() {
+            Some("Say which part: set a landmark on it, and choose how far around")
+        } else {
+            None
+        };
+        let measures = ui.add_enabled(lacks.is_none(), Button::new("Measure the difference"));
+        let measures = measures.on_disabled_hover_text(lacks.unwrap_or_default());
         if measures.clicked() {
-            let (opened, order) = (opened.clone(), self.order(work, pair));
+            let opened = opened.clone();
             let work = move |progress: &Progress| measure(&opened, &order, progress).map(|measured| (measured, Origin::of(&opened)));
             self.job = Some(Job::start(ui.ctx(), "Measuring".into(), work));
         }
@@ -149,8 +163,9 @@ impl DifferencesPanel {
     fn order(&self, work: &Work, pair: [usize; 2]) -> Order {
         let last = work.measured.landmarks.iter().rev().find_map(|l| l.point_mm);
         let only = self.patch_mm.zip(last).map(|(radius_mm, centre_mm)| Part::Ball { centre_mm, radius_mm });
+        let clips = if self.as_cut { work.opened.scene.clips.clone() } else { vec![] };
         let parts = Parts { only: only.into_iter().collect(), but: vec![] };
-        Order { by: self.by, pair, reach_mm: self.reach_mm, parts, clips: vec![] }
+        Order { by: self.by, pair, reach_mm: self.reach_mm, parts, clips }
     }
 
     /// What was measured.
@@ -164,9 +179,14 @@ impl DifferencesPanel {
             named_radio(ui, &mut on, n, &format!("on {}", half.name));
         }
         if let Some(statistics) = &coat.half().statistics {
-            legend(ui, coat, statistics);
+            if let Some([low, high]) = legend(ui, coat, statistics) {
+                // The ends are as far from 0 as that which was drawn.
+                let range_mm = coat.scale.range_mm;
+                self.range_mm = Some((range_mm + (high - range_mm) - (low + range_mm)).max(LEAST_RANGE_MM));
+            }
             numbers(ui, statistics);
         }
+        along_the_ray(ui, bench, coat);
         let mut shown = !self.hidden;
         ui.checkbox(&mut shown, "Show on the surface");
         self.hidden = !shown;
@@ -227,18 +247,18 @@ const SAVE: Ask = Ask {
     name: "difference.csv",
 };
 
-fn legend(ui: &mut Ui, coat: &DifferenceCoat, statistics: &Statistics) {
+fn legend(ui: &mut Ui, coat: &DifferenceCoat, statistics: &Statistics) -> Option<[f64; 2]> {
     let range_mm = coat.scale.range_mm;
     let legend = Legend {
         name: "Legend of the difference",
-        hint: "Above the colours: how much of the surface differs by that. Grey: within its ±. Hatched: no number.",
+        hint: "Above the colours: how much of the surface differs by that. Grey: within its ±. Hatched: no number. Drag outward for a wider range of colours.",
         ends_mm: [-range_mm, range_mm],
         color: &|mm| coat.scale.color(mm as f32, 0.0),
         share: &|mm| share(statistics.bin_ends_mm, &statistics.bins_mm2, mm),
         text: &|mm| signed(mm, coat.scale.decimals()),
         texts: 3,
     };
-    legend.show(ui);
+    legend.show(ui)
 }
 
 fn numbers(ui: &mut Ui, s: &Statistics) {
@@ -256,6 +276,20 @@ fn numbers(ui: &mut Ui, s: &Statistics) {
             ui.end_row();
         }
     });
+}
+
+/// What the map says where the selected ray first meets the surface, and what belongs to that place, a click away.
+fn along_the_ray(ui: &mut Ui, bench: &mut Bench, coat: &DifferenceCoat) {
+    let Some(along) = bench.work.measured.ray().and_then(|ray| coat.along(ray)) else { return };
+    ui.label(format!("At the selected ray: {}", along.told));
+    let Some(partner_mm) = along.partner_mm else { return };
+    let link = ui.link(format!("partner at {}", place(partner_mm))).on_hover_text("Casts the ray through both");
+    let way = (partner_mm - along.point_mm).normalize_or_zero();
+    if link.clicked()
+        && let Some(ray) = Ray::new(WorldPoint(along.point_mm - BEFORE_MM * way), way)
+    {
+        bench.work.measured.add_ray(ray);
+    }
 }
 
 /// The largest differences, each with its ray a click away.

@@ -1,7 +1,7 @@
 //! What the panels of maps share: where a map is measured, and its colours with how much of the surface has each.
 
 use bregma_session::Landmark;
-use egui::{Align2, Color32, DragValue, FontId, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
+use egui::{Align2, Color32, CursorIcon, DragValue, FontId, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 
 /// Asks whether a map is of the whole surface, or of how many mm around the last landmark.
 pub fn place(ui: &mut Ui, patch_mm: &mut Option<f64>, last: Option<&Landmark>) {
@@ -43,9 +43,10 @@ pub struct Legend<'a> {
 }
 
 impl Legend<'_> {
-    /// The colours with their millimetres, and above them how much of the surface has each.
-    pub fn show(&self, ui: &mut Ui) {
-        let (rect, response) = ui.allocate_exact_size(vec2(280.0, 78.0), Sense::hover());
+    /// The colours with their millimetres, and above them how much of the surface has each. Gives the ends that a hand has drawn them to: the nearer
+    /// end goes with the hand.
+    pub fn show(&self, ui: &mut Ui) -> Option<[f64; 2]> {
+        let (rect, response) = ui.allocate_exact_size(vec2(280.0, 78.0), Sense::drag());
         response.widget_info(|| WidgetInfo::labeled(Role::Image, true, self.name));
         let ([low, high], painter) = (self.ends_mm, ui.painter_at(rect));
         let bar = Rect::from_min_max(rect.min + vec2(20.0, 44.0), rect.max - vec2(32.0, 20.0));
@@ -68,6 +69,14 @@ impl Legend<'_> {
             let text = if n == last { text + " mm" } else { text };
             painter.text(at, Align2::CENTER_TOP, text, FontId::proportional(12.0), ui.visuals().text_color());
         }
-        response.on_hover_text(self.hint);
+        let from = ui.input(|i| i.pointer.press_origin());
+        let drawn = response.dragged().then_some(from).flatten().map(|from| {
+            // What a point of the bar is worth stays while it is held, so that the end lies under the hand.
+            let by = f64::from(response.drag_delta().x / bar.width()) * (high - low);
+            // Outward makes the range wider.
+            if from.x < bar.center().x { [low + by, high] } else { [low, high + by] }
+        });
+        response.on_hover_cursor(CursorIcon::ResizeHorizontal).on_hover_text(self.hint);
+        drawn.filter(|[low, high]| low < high)
     }
 }

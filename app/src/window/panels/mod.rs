@@ -23,6 +23,7 @@ mod register;
 mod registered;
 mod scan;
 mod scans;
+mod section;
 mod shells;
 mod slices;
 mod stretches;
@@ -30,6 +31,7 @@ mod thickness;
 mod transfer_editor;
 mod two_poses;
 mod upright;
+mod volumes;
 
 use super::bench::{BRING_TOGETHER, Bench};
 use super::dock::{Dock, Side};
@@ -49,9 +51,11 @@ use picture::PicturePanel;
 use ray_form::RayForm;
 use register::RegisterPanel;
 use scan::ScanPanel;
+use section::SectionPanel;
 use std::sync::Arc;
 use thickness::ThicknessPanel;
 use upright::UprightPanel;
+use volumes::VolumesPanel;
 
 /// What panels keep from frame to frame.
 #[derive(Default)]
@@ -71,6 +75,9 @@ pub struct Panels {
     pub thickness: ThicknessPanel,
     /// The map of differences.
     pub differences: DifferencesPanel,
+    volumes: VolumesPanel,
+    /// Thickness along a curve.
+    pub section: SectionPanel,
     register: RegisterPanel,
     /// How one scan is held.
     upright: UprightPanel,
@@ -91,8 +98,10 @@ enum Tab {
     #[default]
     Rays,
     Landmarks,
+    Section,
     Thickness,
     Differences,
+    Volumes,
     Register,
 }
 
@@ -137,7 +146,7 @@ const PLAIN: Panel =
 
 const NONE: Modifiers = Modifiers::NONE;
 
-const PANELS: [Panel; 17] = [
+const PANELS: [Panel; 19] = [
     Panel {
         place: Place::Left,
         show: |p, bench, ui| {
@@ -180,6 +189,13 @@ const PANELS: [Panel; 17] = [
         ..PLAIN
     },
     Panel {
+        place: Place::Right(Tab::Section, "Section"),
+        commands: &[Command::new(Menu::Measure, "Section…", &[], |p, _, _| p.open(Tab::Section))],
+        poll: |p, bench| p.section.poll(bench, p.tab == Tab::Section),
+        show: |p, bench, ui| p.section.show(ui, bench),
+        ..PLAIN
+    },
+    Panel {
         place: Place::Right(Tab::Thickness, "Thickness"),
         commands: &[Command::new(Menu::Measure, "Thickness map…", &[], |p, _, _| p.open(Tab::Thickness))],
         poll: |p, _| p.thickness.poll(),
@@ -193,6 +209,13 @@ const PANELS: [Panel; 17] = [
         poll: |p, bench| p.differences.poll(bench),
         show: |p, bench, ui| p.differences.show(ui, bench),
         painting: |p, work| p.differences.painting(work),
+        ..PLAIN
+    },
+    Panel {
+        place: Place::Right(Tab::Volumes, "Volumes"),
+        commands: &[Command::new(Menu::Measure, "Volumes…", &[], |p, _, _| p.open(Tab::Volumes))],
+        poll: |p, bench| p.volumes.poll(bench),
+        show: |p, bench, ui| p.volumes.show(ui, bench),
         ..PLAIN
     },
     Panel {

@@ -4,7 +4,7 @@ use super::super::bench::Bench;
 use super::super::measured::{Measured, Work};
 use super::super::widgets::{self, color, color_button, line, percent};
 use super::super::words::in_the_window;
-use super::{cuts, histogram, shells, transfer_editor};
+use super::{histogram, shells, transfer_editor};
 use bregma_field::Volume;
 use bregma_measure::export::suffix;
 use bregma_renderer::{Gather, Layer, Scene};
@@ -90,14 +90,8 @@ impl Shown {
 }
 
 fn close(work: &mut Work, n: usize) {
-    let opened = &mut work.opened;
-    opened.sources.remove(n);
-    opened.volumes.remove(n);
-    opened.scene.layers.remove(n);
-    cuts::forget_layer(&mut opened.scene.clips, n);
-    let kept = opened.pair.filter(|pair| !pair.contains(&n));
-    opened.pair = kept.map(|pair| pair.map(|other| other - usize::from(other > n)));
-    if opened.volumes.is_empty() {
+    work.opened.close(n);
+    if work.opened.volumes.is_empty() {
         work.measured = Measured::default();
         work.opened.measurements.clear();
     }

@@ -95,7 +95,10 @@ impl ThicknessPanel {
             ui.colored_label(ui.visuals().warn_fg_color, "The scan, its isovalue or its place has changed: measure again.");
         }
         ui.strong(&coat.map.title);
-        legend(ui, &coat);
+        if let Some([low, high]) = legend(ui, &coat) {
+            let low = low.max(0.0);
+            self.ends_mm = Some([low, high.max(low + 0.01)]);
+        }
         statistics(ui, &coat.map.statistics);
         let mut shown = !self.hidden;
         ui.checkbox(&mut shown, "Show on the surface");
@@ -176,18 +179,18 @@ const SAVE: Ask = Ask {
     name: "thickness.csv",
 };
 
-fn legend(ui: &mut Ui, coat: &ThicknessCoat) {
+fn legend(ui: &mut Ui, coat: &ThicknessCoat) -> Option<[f64; 2]> {
     let statistics = &coat.map.statistics;
     let legend = Legend {
         name: "Legend of the thickness",
-        hint: "Above the colours: how much of the surface is that thick. Grey on the surface: not known, or not asked for.",
+        hint: "Above the colours: how much of the surface is that thick. Grey on the surface: not known, or not asked for. Drag an end to move it.",
         ends_mm: coat.scale.ends_mm,
         color: &|mm| coat.scale.color(mm as f32),
         share: &|mm| share(statistics.bin_ends_mm, &statistics.bins_mm2, mm),
         text: &|mm| format!("{mm:.1}"),
         texts: 5,
     };
-    legend.show(ui);
+    legend.show(ui)
 }
 
 fn statistics(ui: &mut Ui, statistics: &Statistics) {

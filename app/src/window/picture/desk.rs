@@ -18,7 +18,8 @@ pub(super) struct Wish {
     pub compare: Compare,
     /// The scans that are compared.
     pub pair: Option<[usize; 2]>,
-    pub coat: Option<Arc<dyn Coat>>,
+    /// What a surface wears, and the number of the scan that it is of.
+    pub coat: Option<(usize, Arc<dyn Coat>)>,
     /// Points of each pixel once it rests.
     pub samples: u32,
 }

@@ -2,6 +2,7 @@
 
 use super::desk::{Painted, Shared, Wish, image};
 use bregma_renderer::{Backend, CpuRenderer, GpuError, Picture, RenderError, Renderer, Scene, Solver, Still, point_in_pixel};
+use bregma_session::coat::on_slice;
 use egui::Context;
 use std::sync::PoisonError;
 use std::time::{Duration, Instant};
@@ -143,8 +144,14 @@ impl Worker {
         let parts = wish.compare.parts(&wish.scene, wish.pair, wish.size);
         let parts = parts.iter().map(|(scene, size)| self.draw(shared, wish, scene, size.map(|n| n.div_ceil(reduction)), sample));
         let mut parts = parts.collect::<Result<Vec<_>, _>>()?;
-        if let (Some(coat), Some(picture)) = (&wish.coat, parts.first_mut()) {
-            coat.paint(picture, &wish.scene, point_in_pixel(sample));
+        if let Some((layer, coat)) = &wish.coat {
+            for picture in &mut parts {
+                if wish.scene.is_slice() {
+                    on_slice(&**coat, *layer, picture, &wish.scene);
+                } else {
+                    coat.paint(picture, &wish.scene, point_in_pixel(sample));
+                }
+            }
         }
         Ok(parts)
     }

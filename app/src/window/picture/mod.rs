@@ -14,6 +14,7 @@ mod mouse;
 pub mod navigate;
 mod outlines;
 pub mod painter;
+pub mod section_curve;
 pub mod slice_views;
 pub mod solid_handles;
 mod threshold_curve;

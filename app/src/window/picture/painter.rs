@@ -49,12 +49,13 @@ impl Painter {
         scene: &Scene,
         size: [u32; 2],
         (compare, pair): (Compare, Option<[usize; 2]>),
-        coat: Option<Arc<dyn Coat>>,
+        coat: Option<(usize, Arc<dyn Coat>)>,
         resting: bool,
     ) {
         let sizes = compare.sizes(pair, size);
         let is_same = |w: &Wish| {
-            let same_coat = w.coat.as_ref().map(|c| Arc::as_ptr(c).cast::<()>()) == coat.as_ref().map(|c| Arc::as_ptr(c).cast::<()>());
+            let coat_of = |coat: &Option<(usize, Arc<dyn Coat>)>| coat.as_ref().map(|(n, coat)| (*n, Arc::as_ptr(coat).cast::<()>()));
+            let same_coat = coat_of(&w.coat) == coat_of(&coat);
             // Where the line of a swipe stands is not drawn: the pictures are put together anew.
             same_coat
                 && same_scans(&w.volumes, volumes)

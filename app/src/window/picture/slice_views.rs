@@ -15,12 +15,14 @@ use bregma_field::WorldPoint;
 use bregma_measure::mesh::onto_surface;
 use bregma_renderer::{BodyPlane, Camera, Picture, Shape, Window};
 use bregma_session::Layout;
+use bregma_session::coat::Coat;
 use egui::emath::GuiRounding;
 use egui::{
     Color32, ColorImage, Context, CursorIcon, Key, PointerButton, Pos2, Rect, Response, Role, Sense, TextureHandle, TextureOptions, Ui,
     WidgetInfo,
 };
 use glam::{DQuat, DVec3};
+use std::sync::Arc;
 
 /// Between two views, in points.
 const GAP: f32 = 2.0;
@@ -162,6 +164,7 @@ impl SliceView {
         work: &mut Work,
         picture: &mut View,
         found: &[Found],
+        coat: Option<(usize, Arc<dyn Coat>)>,
     ) -> Result<Option<DVec3>, String> {
         let pixels_per_point = ui.pixels_per_point();
         let rect = rect.round_to_pixels(pixels_per_point);
@@ -191,7 +194,7 @@ impl SliceView {
         }
 
         let camera = work.opened.slices.camera(plane, &grids, aspect);
-        self.want(ui.ctx(), work, camera, size);
+        self.want(ui.ctx(), work, camera, size, coat);
         if let Some(texture) = &self.texture {
             let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
             ui.painter_at(rect).image(texture.id(), rect, whole, Color32::WHITE);
@@ -200,13 +203,15 @@ impl SliceView {
         for (rect, size) in panes {
             let hand = Hand { plane, screen: Screen { camera: &camera, rect, size }, step_mm };
             hand.marks(ui, work, found);
+            let near = |point_mm: DVec3| hand.is_near(work, point_mm);
+            picture.section.iter().for_each(|curve| curve.on_slice(&ui.painter_at(rect), &hand.screen, near));
             under = under.or_else(|| response.hover_pos().filter(|at| rect.contains(*at)).map(|at| hand.point(at)));
         }
         told.map(|()| under)
     }
 
     /// Asks for the slice as it is to be seen now.
-    fn want(&mut self, ctx: &Context, work: &Work, camera: Camera, size: [u32; 2]) {
+    fn want(&mut self, ctx: &Context, work: &Work, camera: Camera, size: [u32; 2], coat: Option<(usize, Arc<dyn Coat>)>) {
         let left = self.moved_at + REST_S - ctx.time();
         if left > 0.0 {
             ctx.request_repaint_after_secs(left as f32);
@@ -216,7 +221,7 @@ impl SliceView {
         let scene = opened.slices.scene(&opened.scene, camera);
         let compare = opened.compare;
         let painter = self.painter.get_or_insert_with(|| Painter::of_slices(ctx));
-        painter.want(&opened.volumes, &scene, size, (compare, opened.compared()), None, resting);
+        painter.want(&opened.volumes, &scene, size, (compare, opened.compared()), coat, resting);
         if self.painted.as_ref().is_some_and(|painted| painted.parts.len() == 2) {
             ask_at_turn(ctx, compare);
         }

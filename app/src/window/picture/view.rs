@@ -11,6 +11,7 @@ use super::legend;
 use super::marks::{self, Screen};
 use super::mouse::Mouse;
 use super::navigate;
+use super::section_curve::SectionCurve;
 use super::solid_handles;
 use bregma_renderer::Ray;
 use bregma_session::views::View as Norma;
@@ -33,6 +34,8 @@ pub struct View {
     tool: Tool,
     /// The scan that drags move, instead of the view, in the picture and in slices.
     pub hand: Option<ByHand>,
+    /// The curve of a section.
+    pub section: Option<SectionCurve>,
     /// The first of two clicked points.
     first_point: Option<bregma_field::WorldPoint>,
     /// The cut that the mouse holds.
@@ -202,6 +205,7 @@ impl View {
             let screen = Screen { camera: &work.opened.scene.camera, rect, size };
             frames::show(&ui.painter_at(rect), &screen, &work.opened, self.held.active(&work.opened.scene.clips));
             marks(&ui.painter_at(rect), &screen, &work.measured, found, hovered_mm);
+            self.section.iter().for_each(|curve| curve.show(&ui.painter_at(rect), &screen));
             let pivot_mm = self.hand.as_ref().and_then(|hand| hand.middle_mm(&work.opened));
             pivot_mm.into_iter().for_each(|p| marks::pivot(&ui.painter_at(rect), &screen, p));
             if !work.opened.slices.layout.planes().is_empty() {
