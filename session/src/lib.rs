@@ -15,6 +15,7 @@ pub mod difference_picture;
 pub mod difference_report;
 pub mod difference_table;
 mod displacement;
+pub mod film;
 mod frame_rate;
 mod keeping;
 mod kind;

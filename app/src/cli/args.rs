@@ -12,6 +12,7 @@ use bregma_measure::volumes::cavity::Disc;
 use bregma_register::Part;
 use bregma_renderer::{MOST_SAMPLES, Mode, Solver};
 
+use bregma_session::film::QUALITY;
 use bregma_session::register::By;
 use bregma_session::thickness::ThicknessMethod;
 use bregma_session::thickness_picture::Colors;
@@ -76,6 +77,11 @@ pub enum Command {
         after_help = "Examples:\n  bregma render skull.nrrd --iso 300 --out skull.png\n  bregma render a.nii.gz --transform a-to-b.json b.nii.gz --mode overlay --orbit 40,10 --size 1600x1200 --out pair.png\n  bregma render skull.nrrd --eye 0,-600,0 --target 0,0,0 --fov 25 --depth depth.npy --out skull.png\n  bregma render skull.nrrd points.mrk.json --view frontalis --frankfurt --print 85x100 --dpi 600 --bar 50 --letters --label A --out fig1.tif\n  bregma render skull.nrrd --plate frontalis,lateralis-sinistra,verticalis --print 180x70 --bar auto --label A --out fig2.pdf"
     )]
     Render(Box<RenderArgs>),
+    /// Make a film: a turntable, or what goes from key to key
+    #[command(
+        after_help = "What options of a picture say (bregma render) holds for each frame. A key says from where (camera, orbit), iso, opacity, cut_offsets_mm, light, swipe; what it leaves out goes on. Frames are kept in F.mp4.frames until the film is whole: stopped, the same command goes on.\n\nExamples:\n  bregma film skull.nrrd --turntable 12 --out skull.mp4\n  bregma film a.nrrd b.nrrd --mode overlay --turntable 8 --size 1920x1080 --bar auto --bar-at target --out pair.mp4\n  bregma film skull.nrrd --keys tour.json --shadows --samples 4 --out tour.apng"
+    )]
+    Film(Box<FilmArgs>),
     /// Cast the difference ray: crossings, bone segments and their lengths
     #[command(
         after_help = "Examples:\n  bregma probe a.nrrd b.nrrd --iso 226 --origin 0,-200,40 --direction 0,1,0\n  bregma probe skull.nrrd --origin 0,-200,40 --toward 0,0,40 --format json\n  bregma probe skull.nrrd --rays rays.csv --format csv"
@@ -219,6 +225,34 @@ pub struct RenderArgs {
     /// What max, min, mean, xray or slice (of its first scan) has in each pixel: NPY float32, NaN where none
     #[arg(long, value_name = "P.npy")]
     pub values: Option<PathBuf>,
+}
+
+/// `bregma film`.
+#[derive(Debug, Args)]
+#[command(mut_arg("out", |out| out.value_name("F.mp4").help("The film: .mp4, .apng, .gif, or a folder for its frames")))]
+#[command(mut_arg("size", |size| size.help("Pixels [default: 1280x720]")))]
+pub struct FilmArgs {
+    /// What it shows.
+    #[command(flatten)]
+    pub picture: RenderArgs,
+    /// Once around the vertical of the view in so many seconds
+    #[arg(long, value_name = "SECONDS", value_parser = positive, conflicts_with = "seconds")]
+    pub turntable: Option<f64>,
+    /// How often around, of a turntable; backward where negative
+    #[arg(long, value_name = "N", value_parser = number, allow_hyphen_values = true, default_value = "1", requires = "turntable")]
+    pub turns: f64,
+    /// What is to be seen when: JSON, {"keys": [{"at_s": 0, "orbit": [0, 10], "iso": [300], ...}]}
+    #[arg(long, value_name = "FILE.json")]
+    pub keys: Option<PathBuf>,
+    /// How long it runs, of keys [default: until the last key]
+    #[arg(long, value_name = "SECONDS", value_parser = positive)]
+    pub seconds: Option<f64>,
+    /// Frames in a second
+    #[arg(long, value_name = "N", value_parser = positive, default_value = "30")]
+    pub fps: f64,
+    /// How coarsely MP4 keeps frames: 0 is best and largest, 51 worst
+    #[arg(long, value_name = "Q", value_parser = clap::value_parser!(u8).range(0..=51), default_value_t = QUALITY)]
+    pub quantiser: u8,
 }
 
 /// `bregma probe`.

@@ -9,6 +9,7 @@ use bregma_renderer::stability::StabilityError;
 use bregma_session::InputError;
 use bregma_session::chart::ChartError;
 use bregma_session::difference::DifferenceError;
+use bregma_session::film::FilmError;
 use bregma_session::looks::LookError;
 use bregma_session::output::{FolderError, OutputError};
 use bregma_session::presets::PresetError;
@@ -155,6 +156,17 @@ pub enum CommandError {
         lost: usize,
         /// All that were recorded.
         all: usize,
+    },
+    /// A film.
+    #[error(transparent)]
+    Film(#[from] FilmError),
+    /// A list of keys that cannot be used.
+    #[error("{}: {reason}", file.display())]
+    Keys {
+        /// The list.
+        file: PathBuf,
+        /// What is wrong with it, and what to do.
+        reason: String,
     },
     /// Pairs without a difference.
     #[error("{failed} of {all} pairs have no difference; the table says why")]

@@ -46,6 +46,7 @@ fn run(command: &Command, Common { backend, .. }: &Common) -> Result<(), Command
         Command::Info(args) => commands::info(args),
         Command::Convert(args) => commands::convert(args),
         Command::Render(args) => commands::render(args, machine),
+        Command::Film(args) => commands::film(args, machine),
         Command::Probe(args) => commands::probe(args),
         Command::Verify(args) => commands::verify(args, machine),
         Command::Thickness(args) => commands::thickness(args, machine),

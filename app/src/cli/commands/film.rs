@@ -1,0 +1,54 @@
+//! `bregma film`: a turntable, or what goes from key to key.
+
+use super::plate;
+use crate::cli::args::FilmArgs;
+use crate::cli::error::CommandError;
+use crate::cli::terminal::{print, warn, with_progress};
+use bregma_session::Machine;
+use bregma_session::film::{Film, Key, Reel, write};
+use bregma_session::print::prepare;
+use serde::Deserialize;
+use std::path::Path;
+
+/// A film as its file lists it.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Keys {
+    keys: Vec<Key>,
+}
+
+/// Draws the film and writes it.
+pub fn film(args: &FilmArgs, machine: Machine) -> Result<(), CommandError> {
+    let sheet = &args.picture;
+    let one = || CommandError::Usage("a film is of one picture: leave --plate, --depth, --volume-id, --values and --for out".into());
+    if sheet.print.plate.is_some()
+        || sheet.depth.is_some()
+        || sheet.volume_id.is_some()
+        || sheet.values.is_some()
+        || sheet.print.journal.is_some()
+    {
+        return Err(one());
+    }
+    let keys = args.keys.as_deref().map(read).transpose()?.unwrap_or_default();
+    let last_s = keys.last().map(|key| key.at_s);
+    let seconds = args.turntable.or(args.seconds).or(last_s);
+    let seconds = seconds.ok_or_else(|| CommandError::Usage("how long does it run? Give --turntable SECONDS, or --keys FILE".into()))?;
+    let film = Film { seconds, fps: args.fps, turns: args.turntable.map(|_| args.turns), keys };
+    let mut sheet_of = sheet.print.sheet(sheet.size.or(Some((1280, 720))), sheet.samples);
+    let mut panels = plate::panels(sheet, &mut sheet_of)?;
+    warn(&prepare(&mut panels, &mut sheet_of)?);
+    // There is one picture.
+    let Some(panel) = panels.first() else { return Err(one()) };
+    let mut renderer = machine.renderer()?;
+    let drawn_by = renderer.name();
+    let reel = Reel::begin(&sheet.out, &film, panel, &sheet_of, &drawn_by)?;
+    with_progress("filming", |progress| write(&reel, panel, args.quantiser, renderer.as_mut(), progress))?;
+    print(&format!("{}: {} frames, {} s\n", sheet.out.display(), film.frames(), film.seconds))
+}
+
+fn read(file: &Path) -> Result<Vec<Key>, CommandError> {
+    let fail = |reason: String| CommandError::Keys { file: file.to_owned(), reason };
+    let text = std::fs::read_to_string(file).map_err(|e| fail(format!("cannot be read ({e}); check its name and permissions")))?;
+    let keys: Keys = serde_json::from_str(&text).map_err(|e| fail(format!("is no list of keys ({e})")))?;
+    Ok(keys.keys)
+}
