@@ -8,7 +8,7 @@ const SIZES: [([f32; 2], f32); 4] = [([720.0, 480.0], 1.0), ([1280.0, 800.0], 1.
 /// What is done before the window is looked at, with a name for it; each goes on from the one before.
 pub type Step = (&'static str, fn(&mut Window));
 
-const STEPS: [Step; 14] = [
+const STEPS: [Step; 15] = [
     ("opened", |_| {}),
     ("rays", |window| {
         for shift in [egui::vec2(0.0, 0.0), egui::vec2(-30.0, -25.0), egui::vec2(25.0, -45.0)] {
@@ -81,7 +81,10 @@ const STEPS: [Step; 14] = [
         window.get_by_label("Swipe").click();
     }),
     ("scan", |window| command(window, "Name, spacing")),
+    ("picture", |window| command(window, "Save picture")),
     ("commands", |window| {
+        // Closes it again.
+        command(window, "Save picture");
         window.key_press_modifiers(Modifiers::COMMAND, Key::K);
         window.run_steps(3);
     }),
