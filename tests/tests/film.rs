@@ -4,7 +4,7 @@
 use bregma_field::Progress;
 use bregma_renderer::CpuRenderer;
 use bregma_session::Opened;
-use bregma_session::film::{Film, FilmError, Key, Reel, frame_yuv, write};
+use bregma_session::film::{Film, FilmError, Key, QUALITY, Reel, frame_yuv, write};
 use bregma_session::output::read_figure;
 use bregma_session::print::{Panel, Print};
 use rusty_h264::{Decoder, YuvFrame};
@@ -33,7 +33,7 @@ fn folder(name: &str) -> PathBuf {
 fn made(film: &Film, panel: &Panel, file: &Path) -> Result<(), FilmError> {
     let print = print();
     let reel = Reel::begin(file, film, panel, &print, "cpu")?;
-    write(&reel, panel, 20, &mut CpuRenderer::default(), &Progress::default())
+    write(&reel, panel, QUALITY, &mut CpuRenderer::default(), &Progress::default())
 }
 
 fn turntable(seconds: f64, fps: f64) -> Film {
@@ -191,7 +191,7 @@ fn what_stopped_goes_on_and_is_the_same() {
     let again = Reel::begin(&file, &film, &panel, &print, "cpu").unwrap();
     again.draw(&panel, &mut CpuRenderer::default(), &Progress::default()).unwrap();
     assert_eq!(std::fs::metadata(reel.folder.join("00000.png")).unwrap().modified().unwrap(), kept, "what is drawn stays");
-    write(&again, &panel, 20, &mut CpuRenderer::default(), &Progress::default()).unwrap();
+    write(&again, &panel, QUALITY, &mut CpuRenderer::default(), &Progress::default()).unwrap();
     assert!(std::fs::read(&file).unwrap() == std::fs::read(d.join("whole.mp4")).unwrap());
     // Another film is not made of these frames.
     let other = turntable(0.5, 10.0);

@@ -142,8 +142,8 @@ impl<'a> Partners<'a> {
         for _ in 0..STEPS_BELOW {
             let (depth, rise) = depth_at(self.surface, point)?;
             let step = -depth / rise.length_squared() * rise;
-            // Farther off, the slope says little; NaN where there is none.
-            if !(step.length() <= voxel_mm) {
+            // Farther off, the slope says little, and nothing where there is none.
+            if !step.is_finite() || step.length() > voxel_mm {
                 return None;
             }
             point.0 += step;

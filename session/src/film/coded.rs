@@ -3,8 +3,8 @@
 use super::FilmError;
 use rusty_h264::{Encoder, EncoderConfig, YuvFrame};
 
-/// The quantiser: 0 is best and largest, 51 worst; at 20 a turntable of bone is 51 dB off its frames.
-pub const QUALITY: u8 = 20;
+/// The quantiser: 0 is best and largest, 51 worst; at 18 a turntable of bone is 50 dB off its frames.
+pub const QUALITY: u8 = 18;
 
 /// Kr and Kb of BT.709 (Recommendation ITU-R BT.709-6, 3.2).
 const RED: f64 = 0.2126;

@@ -8,6 +8,7 @@ use crate::output::{make_folder, read_figure, write_whole};
 use crate::print::{Canvas, Panel, Print, draw};
 use bregma_field::Progress;
 use bregma_renderer::Renderer;
+use rayon::prelude::*;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -36,6 +37,9 @@ impl Form {
         }
     }
 }
+
+/// Frames that are read at once.
+const BATCH: u32 = 16;
 
 /// A film on its way.
 #[derive(Debug)]
@@ -134,8 +138,17 @@ impl<'a> Reel<'a> {
             Form::Gif => animation::gif(size, fps, count, next).map(Some),
             Form::Mp4 => {
                 let mut coder = Coder::new(size, fps, quantiser)?;
-                let frame = |n: u32| coder.encode(&frame_yuv(&next(n)?, size.map(|px| px as usize)));
-                let frames = (0..count).map(frame).collect::<Result<Vec<_>, _>>()?;
+                let mut frames = vec![];
+                let yuv = |n: u32| Ok(frame_yuv(&next(n)?, size.map(|px| px as usize)));
+                let batch = |from: u32| (from..count.min(from + BATCH)).into_par_iter().map(yuv).collect::<Result<Vec<_>, FilmError>>();
+                // The next frames are read while these are encoded.
+                let mut ready = batch(0)?;
+                for from in (0..count).step_by(BATCH as usize) {
+                    let encode = || ready.iter().map(|frame| coder.encode(frame)).collect::<Result<Vec<_>, _>>();
+                    let (coded, following) = rayon::join(encode, || batch(from + BATCH));
+                    frames.extend(coded?);
+                    ready = following?;
+                }
                 Ok(Some(mp4::written(mp4::Shape { size, fps }, &frames)))
             }
         }

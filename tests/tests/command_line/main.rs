@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 mod differing;
+mod filming;
 mod measuring;
 mod printing;
 mod registering;

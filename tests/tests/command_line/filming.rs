@@ -1,0 +1,63 @@
+//! `bregma film`.
+
+use super::*;
+use bregma_synthetic::Random;
+use std::process::Stdio;
+use std::time::Duration;
+
+#[test]
+fn a_killed_film_goes_on_and_is_the_same_to_the_last_byte() {
+    // Fails if a kill leaves half a frame that is taken for one, a film that is none, or frames beside a whole film. `BREGMA_KILLS=20` kills as
+    // often.
+    let d = folder("filming");
+    ok(&d, "demo --size 48 --out .");
+    let film = |out: &str| format!("film a.nrrd --backend cpu --turntable 1 --fps 20 --size 320x240 --samples 4 --letters --out {out}");
+    let begun = std::time::Instant::now();
+    ok(&d, &film("whole.mp4"));
+    let whole_ms = begun.elapsed().as_millis() as f64;
+    let whole = std::fs::read(d.join("whole.mp4")).unwrap();
+    let kills = std::env::var("BREGMA_KILLS").ok().and_then(|n| n.parse().ok()).unwrap_or(5);
+    let program = std::env::current_exe().unwrap().parent().unwrap().parent().unwrap().join("bregma");
+    let mut random = Random(20);
+    let mut under_way = 0;
+    for n in 0..kills {
+        let line = film(&format!("{n}.mp4"));
+        for _ in 0..3 {
+            let mut child =
+                Command::new(&program).args(line.split(' ')).current_dir(&d).stderr(Stdio::null()).stdout(Stdio::null()).spawn().unwrap();
+            std::thread::sleep(Duration::from_millis((random.unit() * whole_ms) as u64));
+            // It may have ended by itself.
+            child.kill().unwrap();
+            child.wait().unwrap();
+            under_way += usize::from(d.join(format!("{n}.mp4.frames/00000.png")).exists());
+        }
+        ok(&d, &line);
+        assert!(std::fs::read(d.join(format!("{n}.mp4"))).unwrap() == whole, "film {n} is another one");
+        assert!(!d.join(format!("{n}.mp4.frames")).exists());
+    }
+    println!("{kills} films killed, {under_way} times with frames on the disk");
+    assert!(under_way > 0);
+}
+
+#[test]
+fn films_that_cannot_be_are_one_clear_line() {
+    // Fails if a film of nothing is drawn, or a list of keys that is none passes.
+    let d = folder("no-film");
+    nrrd(&d.join("ball.nrrd"), CUBE, &ball());
+    let usage = |line: &str, says: &str| {
+        let out = bregma(&d, line);
+        assert!(out.status.code() == Some(2) && stderr(&out).contains(says), "{line}: {}", stderr(&out));
+    };
+    usage("film ball.nrrd --out a.mp4", "--turntable SECONDS");
+    usage("film ball.nrrd --turntable 1 --plate frontalis,basilaris --out a.mp4", "one picture");
+    fails(&d, "film ball.nrrd --turntable 1 --out a.avi", &[".mp4, .apng or .gif"]);
+    fails(&d, "film ball.nrrd --turntable 1 --size 101x100 --out a.mp4", &["even number"]);
+    fails(&d, "film ball.nrrd --turntable 1 --fps 1000 --out a.mp4", &["1 to 240"]);
+    std::fs::write(d.join("keys.json"), r#"{"keys": [{"at_s": 0, "orbit": [0, 0]}, {"at_s": 0.2, "orbit": [0, 40], "isovalue": 3}]}"#)
+        .unwrap();
+    fails(&d, "film ball.nrrd --keys keys.json --out a.gif", &["keys.json", "no list of keys", "isovalue"]);
+    std::fs::write(d.join("keys.json"), r#"{"keys": [{"at_s": 0, "orbit": [0, 0]}, {"at_s": 0.2, "orbit": [0, 40], "iso": [0]}]}"#)
+        .unwrap();
+    let told = stdout(&ok(&d, "film ball.nrrd --iso 0 --keys keys.json --fps 10 --size 64x48 --out a.gif"));
+    assert!(told.contains("2 frames") && !d.join("a.gif.frames").exists(), "{told}");
+}
