@@ -45,6 +45,7 @@ pub const COMMANDS: &[Command] = &[
         can_save(p, b)?;
         if b.work.opened.slices.layout.has_picture() { Ok(()) } else { Err("The picture is not among the views") }
     }),
+    Command::new(Menu::File, "Film…", &[], |p, _, _| p.film.toggle()).when(can_save),
     Command::new(Menu::File, "Save slices…", &[], |_, b, ctx| save_slices(b, ctx)).when(|p, b| {
         can_save(p, b)?;
         if b.work.opened.slices.layout.planes().is_empty() {

@@ -307,7 +307,7 @@ impl Workstation {
         };
         let worn = painting.as_ref().filter(is_there).map(|(_, worn)| worn.clone());
         for (plane, rect) in planes {
-            let shown = bench.slices.of(plane).show(ui, plane, rect, &mut bench.work, &mut bench.view, &bench.found, worn.clone());
+            let shown = bench.slices.of(plane).show(ui, (plane, rect), &mut bench.work, &mut bench.view, &bench.found, worn.clone());
             match shown {
                 Ok(under_mm) => bench.under_mm = bench.under_mm.or(under_mm),
                 Err(text) => bench.messages.note(text),

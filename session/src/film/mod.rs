@@ -1,7 +1,7 @@
 //! Films: what changes from frame to frame, frames that are kept until the film is whole, and the files that hold it.
 //!
-//! [`Film`] says what each frame shows ([`Film::scene_at`]), [`reel`] draws frames into a folder beside the film, where they stay if it is stopped,
-//! and [`write`] makes the file that its name asks for: MP4 (H.264 by rusty_h264, in a container of our own), APNG, GIF, or the folder itself.
+//! [`Film`] says what each frame shows ([`Film::opened_at`]), [`reel`] draws frames into a folder beside the film, where they stay if it is stopped,
+//! and [`write()`] makes the file that its name asks for: MP4 (H.264 by rusty_h264, in a container of our own), APNG, GIF, or the folder itself.
 
 mod animation;
 mod coded;
@@ -14,7 +14,7 @@ use crate::opened::Opened;
 use crate::output::OutputError;
 use crate::print::PrintError;
 use bregma_field::Cancelled;
-use bregma_renderer::{Camera, Scene, Shape};
+use bregma_renderer::{Camera, Shape};
 pub use coded::{QUALITY, frame_yuv};
 use glam::{DQuat, DVec3};
 pub use reel::{Reel, write};
@@ -206,21 +206,12 @@ impl Film {
                 *offset_mm = track(&|key| key.cut_offsets_mm.as_ref()?.get(n).copied()).unwrap_or(*offset_mm);
             }
         }
-        light(scene, &track, &self.keys);
+        for axis in 0..3 {
+            let toward = &mut scene.light.toward[axis];
+            *toward = track(&|key| Some(key.light?[axis])).map_or(*toward, |v| v as f32);
+        }
         if let crate::Compare::Swipe { part } = &mut shown.compare {
             *part = track(&|key| key.swipe).map_or(*part, |v| v.clamp(0.0, 1.0));
-        }
-    }
-}
-
-/// The light's direction goes straight from one to the next.
-fn light(scene: &mut Scene, track: &dyn Fn(&dyn Fn(&Key) -> Option<f64>) -> Option<f64>, keys: &[Key]) {
-    if keys.iter().all(|key| key.light.is_none()) {
-        return;
-    }
-    for axis in 0..3 {
-        if let Some(v) = track(&|key| Some(key.light?[axis])) {
-            scene.light.toward[axis] = v as f32;
         }
     }
 }

@@ -12,6 +12,7 @@ mod correcting;
 mod cuts_by_hand;
 mod cutting;
 mod differing;
+mod filming;
 mod hand;
 mod keeping;
 mod kept_poses;

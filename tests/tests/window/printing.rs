@@ -3,7 +3,7 @@
 use super::*;
 
 /// Types where to save, where there is no dialog of the system's.
-fn save_to(window: &mut Window, file: &std::path::Path) {
+pub fn save_to(window: &mut Window, file: &std::path::Path) {
     let begun = Instant::now();
     while window.query_by_label("Path").is_none() {
         window.step();

@@ -4,6 +4,7 @@ mod along;
 mod chart;
 mod cuts;
 mod differences;
+mod film;
 mod frame_rate;
 mod hand;
 mod histogram;
@@ -45,6 +46,7 @@ use bregma_session::register::apart;
 use chart::ChartPanel;
 use differences::DifferencesPanel;
 use egui::{Key, Modifiers, Rect, ScrollArea, Ui};
+use film::FilmPanel;
 use frame_rate::FrameRatePanel;
 use looks::LooksPanel;
 use picture::PicturePanel;
@@ -85,6 +87,8 @@ pub struct Panels {
     scan: ScanPanel,
     /// Looks that are kept by name.
     looks: LooksPanel,
+    /// The film as a file.
+    pub film: FilmPanel,
     /// The picture as a file.
     pub picture: PicturePanel,
     frame_rate: FrameRatePanel,
@@ -146,7 +150,7 @@ const PLAIN: Panel =
 
 const NONE: Modifiers = Modifiers::NONE;
 
-const PANELS: [Panel; 19] = [
+const PANELS: [Panel; 20] = [
     Panel {
         place: Place::Left,
         show: |p, bench, ui| {
@@ -253,6 +257,14 @@ const PANELS: [Panel; 19] = [
     Panel {
         commands: &[Command::new(Menu::View, "Looks…", &[], |p, b, _| p.looks.toggle(b))],
         show: |p, bench, ui| p.looks.show(ui.ctx(), bench),
+        ..PLAIN
+    },
+    Panel {
+        poll: |p, bench| p.film.poll(bench),
+        show: |p, bench, ui| {
+            let painting = p.painting(&bench.work);
+            p.film.show(ui.ctx(), bench, painting);
+        },
         ..PLAIN
     },
     Panel {

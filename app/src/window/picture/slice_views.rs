@@ -159,8 +159,7 @@ impl SliceView {
     pub fn show(
         &mut self,
         ui: &mut Ui,
-        plane: BodyPlane,
-        rect: Rect,
+        (plane, rect): (BodyPlane, Rect),
         work: &mut Work,
         picture: &mut View,
         found: &[Found],
