@@ -105,8 +105,15 @@ pub fn map(file: &Path, ThicknessCoat { map, scale }: &ThicknessCoat, style: Tab
     }
 }
 
-/// Saves a map of differences: the surface that is shown as a table in a style or as PLY, both as a report or as a record.
-pub fn difference(file: &Path, coat: &DifferenceCoat, made_by: Option<&Origin>, style: TableStyle) -> Result<(), SaveError> {
+/// Saves a map of differences: the surface that is shown as a table in a style or as PLY, both as a report with these pictures (PNG, each with its
+/// caption) or as a record.
+pub fn difference(
+    file: &Path,
+    coat: &DifferenceCoat,
+    figures: &[(String, Vec<u8>)],
+    made_by: Option<&Origin>,
+    style: TableStyle,
+) -> Result<(), SaveError> {
     let (name, half, measured) = (lower_name(file), coat.half(), &coat.measured);
     let (values, errors) = (&half.map.values_mm, &half.map.errors_mm);
     if name.ends_with(".csv") {
@@ -119,7 +126,7 @@ pub fn difference(file: &Path, coat: &DifferenceCoat, made_by: Option<&Origin>, 
             &export::ply(&half.mesh, &notes, |n| coat.vertex_color(n), &[("difference_mm", values), ("error_mm", errors)]),
         )?)
     } else if name.ends_with(".html") {
-        Ok(write_whole(file, html(measured, &[], made_by).as_bytes())?)
+        Ok(write_whole(file, html(measured, figures, made_by).as_bytes())?)
     } else if name.ends_with(".json") {
         let record = serde_json::to_string_pretty(&measured.record(made_by)).expect("a record has only numbers, texts and lists");
         Ok(write_whole(file, record.as_bytes())?)

@@ -68,7 +68,7 @@ pub(super) fn measured_into(
         write_whole(&folder.join(format!("{name}.png")), &figure)?;
         figures.push((format!("On {}. {}.", coat.half().name, measured.legend()), figure));
         for ending in ["csv", "ply"] {
-            save::difference(&folder.join(format!("{name}.{ending}")), coat, None, TableStyle::default())?;
+            save::difference(&folder.join(format!("{name}.{ending}")), coat, &[], None, TableStyle::default())?;
         }
     }
     write_whole(&folder.join("report.html"), html(&measured, &figures, origin.as_ref()).as_bytes())?;

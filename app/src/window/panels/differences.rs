@@ -15,6 +15,7 @@ use bregma_renderer::Scene;
 use bregma_session::coat::{Coat, share};
 use bregma_session::difference::{Measured, measure, reach_mm};
 use bregma_session::difference_picture::{DifferenceCoat, LEAST_RANGE_MM, Scale};
+use bregma_session::print::figure_png;
 use bregma_session::{DifferenceBy as By, DifferenceOrder as Order, Measurement, Origin, save};
 use egui::{Button, Checkbox, DragValue, Grid, ScrollArea, Ui};
 use std::sync::Arc;
@@ -196,10 +197,10 @@ impl DifferencesPanel {
             self.coat = Some(Arc::new(DifferenceCoat { scale, on, measured: Arc::clone(&coat.measured) }));
         }
         if ui.button("Save map…").on_hover_text("The points as CSV, the coloured surface as PLY, or a report as HTML").clicked() {
-            let coat = Arc::clone(coat);
+            let (coat, figures) = (Arc::clone(coat), self.figures(bench, coat));
             let origin = self.origin.clone();
             bench.save(ui.ctx(), SAVE, move |bench, file| {
-                save::difference(file, &coat, origin.as_ref(), bench.remembered.preferences.tables)
+                save::difference(file, &coat, &figures, origin.as_ref(), bench.remembered.preferences.tables)
             });
         }
         if let Some(statistics) = &coat.half().statistics {
@@ -208,6 +209,13 @@ impl DifferencesPanel {
         coat.measured.notes.iter().for_each(|note| {
             ui.weak(note);
         });
+    }
+
+    /// The picture with its legend, for a report, where it shows the map.
+    fn figures(&self, bench: &Bench, coat: &DifferenceCoat) -> Vec<(String, Vec<u8>)> {
+        let shown = bench.view.painted.as_ref().filter(|painted| !self.hidden && painted.reduction == 1);
+        let png = shown.and_then(|painted| figure_png(&coat.figure(&painted.picture).ok()?).ok());
+        png.map(|png| (format!("On {}. {}.", coat.half().name, coat.measured.legend()), png)).into_iter().collect()
     }
 
     /// The colours and their end.
