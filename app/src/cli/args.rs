@@ -6,6 +6,7 @@ use super::parsers::{
     positive, registration_file, seed, size, solver, two_scans, volume_file,
 };
 use super::sources::Sources;
+use super::studio_args::StudioArgs;
 use bregma_measure::volumes::cavity::Disc;
 use bregma_register::Part;
 use bregma_renderer::{MOST_SAMPLES, Mode, Solver};
@@ -178,9 +179,13 @@ pub struct RenderArgs {
     /// Pixels
     #[arg(long, value_name = "WxH", value_parser = size, default_value = "512x512")]
     pub size: (u32, u32),
-    /// Points of each pixel whose light is averaged: edges without steps; depths and values stay those of the pixels' middles
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SAMPLES)), default_value_t = 1)]
-    pub samples: u32,
+    /// Points of each pixel whose light is averaged: edges without steps; depths and values stay those of the pixels' middles [default: 1, with
+    /// --studio 64]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SAMPLES)))]
+    pub samples: Option<u32>,
+    /// Studio light.
+    #[command(flatten)]
+    pub studio: StudioArgs,
     /// How roots are found: exact [default], linear, neubauer[:2|3|4], marmitt[:2|3|4], analytic, step:1|0.5|0.25|0.125, filter (GPU)
     #[arg(long, value_name = "NAME", value_parser = solver)]
     pub solver: Option<Solver>,

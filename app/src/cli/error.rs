@@ -15,6 +15,7 @@ use bregma_session::presets::PresetError;
 use bregma_session::record::{RecordError, VerifyError};
 use bregma_session::register::RegisterError;
 use bregma_session::save::SaveError;
+use bregma_session::studio::{ExposeError, StudioFileError};
 use std::io;
 use std::path::PathBuf;
 use thiserror::Error;
@@ -46,6 +47,12 @@ pub enum CommandError {
     /// Two surfaces without a difference.
     #[error(transparent)]
     Difference(#[from] DifferenceError),
+    /// A studio that is not there.
+    #[error(transparent)]
+    Studio(#[from] StudioFileError),
+    /// A picture under studio light that cannot be drawn or kept.
+    #[error(transparent)]
+    Expose(#[from] ExposeError),
     /// A registration flattens a volume.
     #[error("the transform of a volume cannot be used: {0}")]
     Grid(#[from] GridError),

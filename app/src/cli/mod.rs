@@ -7,6 +7,7 @@ mod look;
 mod opening;
 mod parsers;
 mod sources;
+mod studio_args;
 mod terminal;
 
 use crate::window::{self, Start};

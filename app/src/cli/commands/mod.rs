@@ -12,6 +12,7 @@ mod probe;
 mod register;
 mod render;
 mod stability;
+mod studio;
 mod thickness;
 mod verify;
 mod volume;

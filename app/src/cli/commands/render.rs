@@ -1,5 +1,6 @@
 //! `bregma render`: one picture.
 
+use super::studio::draw_studio;
 use crate::cli::args::{CameraArgs, RenderArgs};
 use crate::cli::error::CommandError;
 use crate::cli::look::no_volume;
@@ -8,6 +9,7 @@ use crate::cli::parsers::Plane;
 use crate::cli::terminal::warn;
 use bregma_renderer::{Camera, FOV_DEG, Projection, view_of_plane};
 use bregma_session::output::{write_depth, write_png, write_values, write_volume_id};
+use bregma_session::studio::part_of;
 use bregma_session::{Compare, Machine, Opened};
 use std::path::{Path, PathBuf};
 
@@ -23,6 +25,7 @@ pub fn render(args: &RenderArgs, machine: Machine) -> Result<(), CommandError> {
     opened.scene.solver = args.solver.unwrap_or(opened.scene.solver);
     opened.scene.background = args.background.map_or(opened.scene.background, |b| b.0);
     opened.scene.camera = camera(&args.camera, &opened, args.size);
+    opened.scene.studio = args.studio.studio()?.or(opened.scene.studio);
     if args.values.is_some() && !opened.scene.gives_values() {
         return Err(CommandError::Usage("--values are those of --mode max, min, mean, xray or slice: ask for one of these".into()));
     }
@@ -42,7 +45,12 @@ pub fn render(args: &RenderArgs, machine: Machine) -> Result<(), CommandError> {
     if args.compare.is_some_and(|compare| compare != Compare::Off) && pair.is_none() {
         return Err(CommandError::Usage(format!("--compare is of two scans; {visible} is visible: name another one")));
     }
-    let picture = compare.draw(machine.renderer()?.as_mut(), &opened.volumes, &opened.scene, pair, [width, height], args.samples)?;
+    let picture = if opened.scene.studio.is_some() {
+        draw_studio(args, &opened)?
+    } else {
+        let samples = args.samples.unwrap_or(1);
+        compare.draw(machine.renderer()?.as_mut(), &opened.volumes, &opened.scene, pair, [width, height], samples)?
+    };
     let nothing = picture.rgba.iter().all(|c| *c == picture.rgba[0]);
     if nothing && picture.volume_id.iter().all(|&id| id == 0) {
         warn(&[format!("{}: the picture shows nothing from this view", args.out.display())]);
@@ -57,6 +65,10 @@ pub fn render(args: &RenderArgs, machine: Machine) -> Result<(), CommandError> {
         write_values(file, &picture)?;
     }
     write_png(&args.out, &picture)?;
+    if opened.scene.studio.is_some() {
+        // Nothing needs it any more; where it cannot be removed, the same command goes on from it.
+        drop(std::fs::remove_file(part_of(&args.out)));
+    }
     Ok(())
 }
 

@@ -1,0 +1,42 @@
+//! `bregma render --studio`: one picture, until it is good enough.
+
+use crate::cli::args::RenderArgs;
+use crate::cli::error::CommandError;
+use crate::cli::terminal::tell;
+use bregma_renderer::Picture;
+use bregma_session::Opened;
+use bregma_session::studio::{Order, Told, draw, part_of};
+use std::io::{self, IsTerminal, Write};
+
+/// Draws the picture of a scene that has a studio. What is drawn so far lies beside it until it is written: the same command goes on from there.
+pub fn draw_studio(args: &RenderArgs, opened: &Opened) -> Result<Picture, CommandError> {
+    let stop = args.studio.stop(args.samples);
+    let (part, size) = (part_of(&args.out), args.size.into());
+    let order = Order { volumes: &opened.volumes, scene: &opened.scene, size, seed: args.studio.seed, stop, part: &part };
+    let is_watched = io::stderr().is_terminal();
+    let drawn = draw(&order, args.studio.denoise, |told| {
+        if is_watched {
+            // Where that cannot be written, nobody watches.
+            drop(write!(io::stderr(), "\r\x1b[2K{}", line(&told, stop.noise)));
+        }
+    })?;
+    if is_watched {
+        drop(write!(io::stderr(), "\r\x1b[2K"));
+    }
+    if drawn.resumed > 0 {
+        tell("note", &format!("went on from {} samples that {} had kept", drawn.resumed, part.display()));
+    }
+    let smoothed = opened.scene.studio.as_ref().map_or(0.0, |studio| studio.smooth_voxel);
+    if smoothed > 0.0 {
+        tell("note", &format!("the picture is of samples smoothed by {smoothed} voxel, and not of the measured surface"));
+    }
+    tell("note", &format!("{} samples, noise {:.1} of 255", drawn.samples, drawn.noise));
+    Ok(drawn.picture)
+}
+
+/// How far it is, for people.
+fn line(told: &Told, noise: Option<f64>) -> String {
+    let left = told.left.map_or(String::new(), |left| format!(", about {} s", left.as_secs_f64().ceil()));
+    let to = noise.filter(|_| !left.is_empty()).map_or(String::new(), |noise| format!(" to {noise:.1}"));
+    format!("{} samples, noise {:.1} of 255{left}{to}", told.samples, told.noise)
+}
