@@ -96,7 +96,7 @@ impl Stage {
                 self.step(simd, paths.packet(simd, from), depth, next, shadows, found);
             }
             self.arrive(simd, shadows, found);
-            std::mem::swap(paths, next);
+            next.sort_into(paths);
             depth += 1;
         }
     }

@@ -146,3 +146,111 @@ pub(super) fn frame_of(n: Vec3) -> [Vec3; 2] {
     let b = n.x * n.y * a;
     [Vec3::new(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x), Vec3::new(b, sign + n.y * n.y * a, -n.y)]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lanes::LANES;
+    use fearless_simd::{Level, dispatch};
+
+    fn pairs(key: u32, dimension: u32, count: u32) -> Vec<[f32; 2]> {
+        let indices: Vec<u32> = (0..count.next_multiple_of(LANES as u32)).collect();
+        let packet = |indices: &[u32]| -> Vec<[f32; 2]> {
+            dispatch!(Level::new(), simd => {
+                let [x, y] = pair(Words::splat(simd, key), Words::from_slice(simd, indices), dimension);
+                (0..LANES).map(|lane| [x[lane], y[lane]]).collect()
+            })
+        };
+        indices.chunks(LANES).flat_map(packet).take(count as usize).collect()
+    }
+
+    /// The sequence as the head of this file has it, one number at a time.
+    fn plainly(key: u32, index: u32, dimension: u32) -> [u32; 2] {
+        let owen = |mut x: u32, seed: u32| {
+            x ^= x.wrapping_mul(0x3d20_adea);
+            x = x.wrapping_add(seed).wrapping_mul((seed >> 16) | 1);
+            x ^= x.wrapping_mul(0x0552_6c56);
+            x ^ x.wrapping_mul(0x53a2_2864)
+        };
+        let a = mixed(key.wrapping_add(0x9e37_79b9_u32.wrapping_mul(dimension + 1)));
+        let b = a.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+        let c = b.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+        let r = owen(index.reverse_bits(), a).reverse_bits();
+        // Sobol's second coordinate, column by column of its matrix.
+        let (mut second, mut column) = (0_u32, 1_u32 << 31);
+        for bit in 0..32 {
+            second ^= if r >> bit & 1 == 1 { column } else { 0 };
+            column ^= column >> 1;
+        }
+        [owen(r, b).reverse_bits() >> 8, owen(second.reverse_bits(), c).reverse_bits() >> 8]
+    }
+
+    #[test]
+    fn numbers_are_these_on_every_machine() {
+        // Fails if a constant, a shift or an order is another: pictures of a seed would be others, and a GPU's unlike the CPU's.
+        let found: Vec<[u32; 2]> = pairs(key(7, 1, 0), 3, 4).iter().map(|p| p.map(|v| (v * 16_777_216.0) as u32)).collect();
+        assert_eq!(found, PINNED);
+        for (n, pixel, dimension) in [(0, 0, 0), (5, 123_456, 1), (1000, 99, 17), (65_535, 4_000_000, 300)] {
+            let (key, last) = (key(pixel, 11, 1), n / LANES as u32 * LANES as u32);
+            let found = pairs(key, dimension, last + LANES as u32)[n as usize].map(|v| (v * 16_777_216.0) as u32);
+            assert_eq!(found, plainly(key, n, dimension));
+        }
+    }
+
+    const PINNED: [[u32; 2]; 4] = [[4_635_592, 1_841_594], [10_751_622, 16_392_689], [1_640_816, 10_316_373], [14_529_791, 5_251_986]];
+
+    #[test]
+    fn every_box_of_a_power_of_two_has_its_point() {
+        // Fails if scrambling or shuffling breaks the net: of 2^k points one lies in each box of 2^−i × 2^−(k−i), whatever i.
+        for (key, dimension) in [(1, 0), (0xdead_beef, 5), (77, 1000)] {
+            for k in [4, 7, 10_u32] {
+                let points = pairs(key, dimension, 1 << k);
+                for i in 0..=k {
+                    let mut seen = vec![false; 1 << k];
+                    for [x, y] in &points {
+                        let (column, row) = ((x * (1 << i) as f32) as usize, (y * (1 << (k - i)) as f32) as usize);
+                        assert!(!std::mem::replace(&mut seen[row << i | column], true), "two of 2^{k} points in a box, i = {i}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn discs_and_directions_are_even() {
+        // Fails if a part of the disc has more than its share, or the polynomials are not sine and cosine.
+        let points = pairs(3, 2, 4096);
+        let (mut sums, mut most) = ([0.0_f64; 4], 0.0_f64);
+        for [u, v] in points {
+            let (x, y, z, across) = dispatch!(Level::new(), simd => {
+                let splat = |v: f32| Floats::splat(simd, v);
+                let [x, y] = disc([splat(u), splat(v)]);
+                let n = normalized(&[splat(u - 0.5), splat(v - 0.4), splat(0.3 - u)]);
+                let [p, q] = frame(&n);
+                let dots = [dot(&p, &n), dot(&q, &n), dot(&p, &q), dot(&p, &p) - 1.0, dot(&q, &q) - 1.0];
+                (x[0], y[0], above_disc([x, y])[0], dots.map(|d| d[0]))
+            });
+            assert!(across.iter().all(|d| d.abs() < 1e-5), "{across:?}");
+            // An eighth of a turn lies on either side of the axis of the larger number.
+            let (a, b) = (f64::from(2.0 * u - 1.0), f64::from(2.0 * v - 1.0));
+            let eighth = std::f64::consts::FRAC_PI_4;
+            let expected = if a.abs() > b.abs() {
+                [a * (eighth * b / a).cos(), a * (eighth * b / a).sin()]
+            } else {
+                [b * (eighth * a / b).sin(), b * (eighth * a / b).cos()]
+            };
+            most = most.max((f64::from(x) - expected[0]).abs()).max((f64::from(y) - expected[1]).abs());
+            let (x, y, z) = (f64::from(x), f64::from(y), f64::from(z));
+            sums = [sums[0] + x, sums[1] + y, sums[2] + x * x + y * y, sums[3] + z];
+        }
+        assert!(most < 1e-6, "{most}");
+        let means = sums.map(|sum| sum / 4096.0);
+        // On a disc r² is ½ on average, above it a cosine's height ⅔.
+        for (mean, expected) in means.into_iter().zip([0.0, 0.0, 0.5, 2.0 / 3.0]) {
+            assert!((mean - expected).abs() < 2e-3, "{means:?}");
+        }
+        let tents: Vec<f32> = pairs(9, 1, 4096).iter().map(|[u, _]| dispatch!(Level::new(), simd => tent(Floats::splat(simd, *u))[0])).collect();
+        let variance = tents.iter().map(|t| f64::from(t * t)).sum::<f64>() / 4096.0;
+        assert!(tents.iter().all(|t| t.abs() <= 1.0) && (variance - 1.0 / 6.0).abs() < 2e-3, "a tent's variance is 1/6, not {variance}");
+    }
+}
