@@ -11,6 +11,7 @@ pub mod clip;
 pub mod crossings;
 pub mod interpolant;
 mod ray;
+mod smooth;
 pub mod spline;
 mod store;
 mod surface;
@@ -23,6 +24,7 @@ pub use bregma_volume::{
 };
 pub use clip::{Clip, Region, Shape};
 pub use ray::Ray;
+pub use smooth::smoothed;
 pub use store::{AnyBlock, Block, Store};
 pub use surface::{Measured, Surface};
 

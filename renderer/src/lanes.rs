@@ -84,6 +84,28 @@ impl<S: Simd> Doubles<S> {
         self.0.narrow(self.1)
     }
 
+    /// These in the lanes of `of`, others elsewhere.
+    #[inline(always)]
+    pub fn chosen(self, of: Mask<S>, others: Self) -> Self {
+        let (low, high) = of.widen();
+        Self(low.select(self.0, others.0), high.select(self.1, others.1))
+    }
+
+    /// Of as many numbers as there are lanes.
+    #[inline(always)]
+    pub fn from_slice(simd: S, v: &[f64]) -> Self {
+        let (low, high) = v.split_at(LANES / 2);
+        Self(f64x8::from_slice(simd, low), f64x8::from_slice(simd, high))
+    }
+
+    #[inline(always)]
+    pub fn to_array(self) -> [f64; LANES] {
+        let mut v = [0.0; LANES];
+        v[..LANES / 2].copy_from_slice(self.0.as_slice());
+        v[LANES / 2..].copy_from_slice(self.1.as_slice());
+        v
+    }
+
     #[inline(always)]
     pub fn floor(self) -> Self {
         Self(self.0.floor(), self.1.floor())

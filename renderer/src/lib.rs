@@ -22,6 +22,7 @@ mod skip;
 mod slice;
 pub mod stability;
 mod still;
+pub mod studio;
 mod tone;
 mod transfer;
 
@@ -192,6 +193,9 @@ pub enum RenderError {
     /// A scene that no renderer could draw.
     #[error("the scene cannot be drawn: {0}")]
     Scene(#[from] SceneError),
+    /// A studio that no renderer could light, or a way of drawing that has none.
+    #[error(transparent)]
+    Studio(#[from] studio::StudioError),
     /// A registration that flattens a volume.
     #[error("the transform of a volume cannot be used: {0}")]
     Transform(#[from] GridError),

@@ -6,6 +6,7 @@ use crate::modes::{Gather, Mode, Setting};
 use crate::named;
 use crate::roots::{Method, Solver};
 use crate::slice::{Slice, WIDEST_CONTOUR_PX};
+use crate::studio::Studio;
 use crate::transfer::{Control, TransferFunction, lowest_visible};
 use bregma_field::{Bounds, Clip, Covariance, GridError, Measured, Surface, Unit, Volume};
 use glam::{DAffine3, DVec3, Vec3};
@@ -311,6 +312,9 @@ pub struct Scene {
     pub normals: Normals,
     /// Behind everything; `None` is transparent.
     pub background: Option<Color>,
+    /// How it is lit where it is path-traced; [`Renderer`](crate::Renderer)s, which are for looking around, leave it out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub studio: Option<Studio>,
 }
 
 /// What of a scene no renderer could draw.
@@ -387,6 +391,7 @@ impl Scene {
             integrator: Integrator::default(),
             normals: Normals::Smooth,
             background: Some(BACKGROUND),
+            studio: None,
         }
     }
 
@@ -468,6 +473,11 @@ impl Scene {
     /// Whether what is drawn are surfaces of the spline.
     pub fn draws_spline(&self) -> bool {
         self.reconstructs() == Reconstruction::Spline
+    }
+
+    /// Whether what is drawn are opaque surfaces in their own colours, which a studio can light; those of an overlay are taken as opaque.
+    pub(crate) fn draws_opaque(&self) -> bool {
+        self.mode.uses(Setting::Solver) && !self.tells_depths()
     }
 
     /// Whether colours tell how far apart surfaces lie along rays.

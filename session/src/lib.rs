@@ -36,6 +36,7 @@ mod session_file;
 mod shelf;
 mod slices;
 mod source;
+pub mod studio;
 pub mod thickness;
 pub mod thickness_picture;
 mod under;

@@ -8,6 +8,7 @@ use super::parsers::{
 };
 use super::print_args::PrintArgs;
 use super::sources::Sources;
+use super::studio_args::StudioArgs;
 use bregma_measure::volumes::cavity::Disc;
 use bregma_register::Part;
 use bregma_renderer::{MOST_SAMPLES, Mode, Solver};
@@ -192,9 +193,12 @@ pub struct RenderArgs {
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<(u32, u32)>,
     /// Points of each pixel whose light is averaged: edges without steps; depths and values stay those of the pixels' middles [default: 1, of
-    /// prints 16]
+    /// prints 16, with --studio 64]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SAMPLES)))]
     pub samples: Option<u32>,
+    /// Studio light.
+    #[command(flatten)]
+    pub studio: StudioArgs,
     /// How roots are found: exact [default], linear, neubauer[:2|3|4], marmitt[:2|3|4], analytic, step:1|0.5|0.25|0.125, filter (GPU)
     #[arg(long, value_name = "NAME", value_parser = solver)]
     pub solver: Option<Solver>,

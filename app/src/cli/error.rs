@@ -18,6 +18,7 @@ use bregma_session::record::{RecordError, VerifyError};
 use bregma_session::register::RegisterError;
 use bregma_session::save::SaveError;
 use bregma_session::section::SectionError;
+use bregma_session::studio::StudioFileError;
 use bregma_session::views::HoldError;
 use std::io;
 use std::path::PathBuf;
@@ -89,6 +90,9 @@ pub enum CommandError {
     /// A section that is not there.
     #[error(transparent)]
     Section(#[from] SectionError),
+    /// A studio that is not there.
+    #[error(transparent)]
+    Studio(#[from] StudioFileError),
     /// A registration flattens a volume.
     #[error("the transform of a volume cannot be used: {0}")]
     Grid(#[from] GridError),

@@ -9,6 +9,7 @@ mod opening;
 mod parsers;
 mod print_args;
 mod sources;
+mod studio_args;
 mod terminal;
 
 use crate::window::{self, Start};

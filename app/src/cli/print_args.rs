@@ -135,6 +135,7 @@ impl PrintArgs {
             size_px,
             dpi,
             samples: samples.unwrap_or(if self.is_print() { PRINT_SAMPLES } else { 1 }),
+            exposure: None,
             scale: self.scale,
             bar: self.bar.map(|BarLength(length_mm)| Bar { length_mm, at_target: self.bar_at.is_some() }),
             letters: self.letters,

@@ -17,7 +17,7 @@ use fearless_simd::prelude::*;
 ///           s = 0    begin             end            is_cut: begin > 0
 /// ```
 #[derive(Clone, Copy)]
-pub(super) struct Kept<S: Simd> {
+pub(crate) struct Kept<S: Simd> {
     /// Where it begins, and where it ends; the first is the larger where nothing is left.
     pub begin: Floats<S>,
     pub end: Floats<S>,
@@ -29,7 +29,7 @@ pub(super) struct Kept<S: Simd> {
 
 /// What `region` leaves of `lines` of the world from s = 0 on.
 #[inline(always)]
-pub(super) fn kept<S: Simd>(simd: S, region: &Region, lines: &Line<S>) -> Kept<S> {
+pub(crate) fn kept<S: Simd>(simd: S, region: &Region, lines: &Line<S>) -> Kept<S> {
     let zero = Floats::splat(simd, 0.0);
     let all = Kept { begin: zero, end: Floats::splat(simd, FAR), is_cut: Mask::splat(simd, false), normal: [zero; 3] };
     if region.is_all() {

@@ -89,6 +89,29 @@ impl Source<'_> {
     }
 }
 
+/// The gradients at points of cells in index space, the interpolant's own and a smooth one, of samples that are read once; where none is asked
+/// for, the smooth one is the own.
+#[inline(always)]
+pub(crate) fn both_gradients<S: Simd>(
+    simd: S,
+    source: Source<'_>,
+    dims: [i32; 3],
+    cell: &[Ints<S>; 3],
+    local: &Vecs<S>,
+    of: Mask<S>,
+    asks_smooth: bool,
+) -> [Vecs<S>; 2] {
+    if !asks_smooth {
+        let own = gradient(&source.corners(simd, cell, of), local);
+        return [own; 2];
+    }
+    let mut around = Around::unknown(simd);
+    let smooth = source.smooth_gradient(simd, dims, cell, local, of, &mut around);
+    let corner = |c: usize| Floats::load_array_ref(simd, &around.samples[1 + (c >> 2)][1 + (c >> 1 & 1)][1 + (c & 1)]);
+    let own = gradient(&[corner(0), corner(1), corner(2), corner(3), corner(4), corner(5), corner(6), corner(7)], local);
+    [own, smooth]
+}
+
 /// By z, y and x.
 type Surroundings = [[[[f32; LANES]; 4]; 4]; 4];
 

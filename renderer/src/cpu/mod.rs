@@ -2,24 +2,24 @@
 
 pub(crate) mod brick;
 mod cells;
-mod cuts;
+pub(crate) mod cuts;
 pub(crate) mod dvr;
 pub(crate) mod dvr_exact;
 pub(crate) mod dvr_steps;
 pub(crate) mod faces;
 pub(crate) mod gauss;
-mod gradient;
+pub(crate) mod gradient;
 mod integral;
 mod intervals;
 pub(crate) mod let_through;
 pub(crate) mod light;
-mod line;
+pub(crate) mod line;
 mod march;
 mod nearest;
-mod packets;
+pub(crate) mod packets;
 pub(crate) mod project;
 mod ray;
-mod samples;
+pub(crate) mod samples;
 pub(crate) mod segments;
 mod shade;
 mod shadows;
@@ -31,7 +31,7 @@ mod to_light;
 mod trace;
 pub(crate) mod transparent;
 mod traveller;
-mod volume;
+pub(crate) mod volume;
 mod walk;
 
 use crate::frame::Frame;

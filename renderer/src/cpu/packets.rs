@@ -49,7 +49,7 @@ impl Packet {
 }
 
 /// The pixels of a packet.
-pub(super) struct Pixels<S: Simd> {
+pub(crate) struct Pixels<S: Simd> {
     /// Columns and rows of the picture.
     pub x: Doubles<S>,
     pub y: Doubles<S>,

@@ -8,11 +8,35 @@ use super::prepare::{Panel, legend, legend_mm};
 use super::shapes::Mark;
 use super::sheet::{Layout, Print};
 use crate::compare::Compare;
+use crate::studio::{self, Drawn, Exposure, Order, Stop, Told, part_of};
 use bregma_field::Progress;
 use bregma_renderer::{Picture, Renderer, Still, point_in_pixel};
+use glam::Vec4;
+use std::path::Path;
+
+/// What is done while a picture under studio light is exposed.
+pub struct Watch<'a> {
+    /// The file that is made: what is drawn so far is kept beside it.
+    pub out: Option<&'a Path>,
+    /// Told how far the picture is.
+    pub told: &'a mut dyn FnMut(&Told),
+    /// Told what came of each.
+    pub drawn: &'a mut dyn FnMut(&Drawn),
+}
 
 /// Draws a sheet of pictures that are [`prepare`](super::prepare())d for it.
 pub fn draw(panels: &[Panel], print: &Print, renderer: &mut dyn Renderer, progress: &Progress) -> Result<Canvas, PrintError> {
+    draw_watched(panels, print, renderer, progress, Watch { out: None, told: &mut |_| {}, drawn: &mut |_| {} })
+}
+
+/// The same, watched.
+pub fn draw_watched(
+    panels: &[Panel],
+    print: &Print,
+    renderer: &mut dyn Renderer,
+    progress: &Progress,
+    mut watch: Watch<'_>,
+) -> Result<Canvas, PrintError> {
     let layout = Layout::new(print, panels.len(), legend_mm(panels, print)?)?;
     let ground = panels.first().and_then(|panel| panel.opened.scene.background);
     let tint = Tint::on(ground);
@@ -20,7 +44,10 @@ pub fn draw(panels: &[Panel], print: &Print, renderer: &mut dyn Renderer, progre
     let mut canvas = Canvas::default();
     let mut marks = vec![];
     for (n, (panel, (at, size))) in panels.iter().zip(&layout.cells).enumerate() {
-        let (light, middles) = still(panel, *size, print.samples, renderer, progress)?.into_light();
+        let (light, middles) = match panel.opened.scene.studio {
+            Some(_) => exposed(panel, n, *size, print, progress, &mut watch)?,
+            None => still(panel, *size, print.samples, renderer, progress)?.into_light(),
+        };
         marks.extend(over(panel, n, &middles, print, (tint, &layout))?);
         if *size == print.size_px {
             canvas = Canvas::whole(light, middles, print.dpi, ground);
@@ -37,6 +64,33 @@ pub fn draw(panels: &[Panel], print: &Print, renderer: &mut dyn Renderer, progre
     }
     canvas.marks.extend(marks::caption(layout.caption_mm, print, tint));
     Ok(canvas)
+}
+
+/// Picture number `n` under studio light, whatever renders it else.
+fn exposed(
+    panel: &Panel,
+    n: usize,
+    size: [u32; 2],
+    print: &Print,
+    progress: &Progress,
+    watch: &mut Watch<'_>,
+) -> Result<(Vec<Vec4>, Picture), PrintError> {
+    let exposure = print
+        .exposure
+        .unwrap_or_else(|| Exposure { stop: Stop { samples: Some(print.samples), ..Stop::default() }, ..Exposure::default() });
+    let opened = &panel.opened;
+    let part = watch.out.map(|out| part_of(out, n));
+    let order = Order { volumes: &opened.volumes, scene: &opened.scene, size, exposure, part: part.as_deref() };
+    let told = |told: Told| {
+        (watch.told)(&told);
+        progress.advance(0)
+    };
+    let drawn = studio::draw(&order, told)?;
+    (watch.drawn)(&drawn);
+    // Of what a clock or noise may have ended early.
+    progress.advance(u64::from(print.samples))?;
+    let light = Canvas::of(&drawn.picture).light;
+    Ok((light, drawn.picture))
 }
 
 /// A picture through many points of each pixel.

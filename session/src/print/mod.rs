@@ -27,7 +27,7 @@ mod text;
 mod tiff_file;
 
 pub use canvas::Canvas;
-pub use draw::draw;
+pub use draw::{Watch, draw, draw_watched};
 pub use encoding::{ENDINGS, Encoding, FileError};
 pub use form::{ENDING_LIST, Form, figure_png, write, write_figure, write_picture};
 pub use inks::Inks;
@@ -35,6 +35,7 @@ pub use legend::Legend;
 pub use prepare::{Aim, Panel, prepare, scale_of};
 pub use sheet::{AUTO, Bar, Layout, MOST_PIXELS, PRINT_DPI, PRINT_SAMPLES, Print, TYPE_PT, ratio};
 
+use crate::studio::ExposeError;
 use bregma_field::Cancelled;
 use bregma_renderer::RenderError;
 use thiserror::Error;
@@ -79,6 +80,9 @@ pub enum PrintError {
     /// A picture that cannot be drawn.
     #[error(transparent)]
     Render(#[from] RenderError),
+    /// A picture under studio light that cannot be drawn or kept.
+    #[error(transparent)]
+    Expose(#[from] ExposeError),
     /// Stopped by request.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),

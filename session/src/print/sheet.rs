@@ -2,6 +2,7 @@
 
 use super::PrintError;
 use super::text::{CAPITAL, LEADING, POINT_MM, wrapped};
+use crate::studio::Exposure;
 use crate::views::View;
 use serde::{Deserialize, Serialize};
 
@@ -15,6 +16,9 @@ pub struct Print {
     pub dpi: Option<f64>,
     /// Points of each pixel.
     pub samples: u32,
+    /// How scenes with a studio are exposed, instead of that; as [`Exposure::default`] of so many samples where absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exposure: Option<Exposure>,
     /// Millimetres of skull on a millimetre of paper, along parallel rays.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scale: Option<f64>,
@@ -69,9 +73,23 @@ pub const MARGIN_MM: f64 = 2.0;
 
 impl Default for Print {
     fn default() -> Self {
-        let (scale, bar, label, caption, columns) = (None, None, None, None, None);
+        let (exposure, scale, bar, label, caption, columns) = (None, None, None, None, None, None);
         let (letters, legend, marks) = (false, false, false);
-        Self { size_px: [512; 2], dpi: None, samples: 1, scale, bar, letters, label, caption, legend, marks, type_pt: TYPE_PT, columns }
+        Self {
+            size_px: [512; 2],
+            dpi: None,
+            samples: 1,
+            exposure,
+            scale,
+            bar,
+            letters,
+            label,
+            caption,
+            legend,
+            marks,
+            type_pt: TYPE_PT,
+            columns,
+        }
     }
 }
 

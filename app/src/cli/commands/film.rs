@@ -37,6 +37,12 @@ pub fn film(args: &FilmArgs, machine: Machine) -> Result<(), CommandError> {
     let mut sheet_of = sheet.print.sheet(sheet.size.or(Some((1280, 720))), sheet.samples);
     let mut panels = plate::panels(sheet, &mut sheet_of)?;
     warn(&prepare(&mut panels, &mut sheet_of)?);
+    if sheet.studio.minutes.is_some() {
+        return Err(CommandError::Usage(
+            "frames of a film are alike however fast they are drawn: give --samples or --noise, not --minutes".into(),
+        ));
+    }
+    sheet_of.exposure = panels.iter().any(|panel| panel.opened.scene.studio.is_some()).then(|| sheet.studio.exposure(sheet.samples));
     // There is one picture.
     let Some(panel) = panels.first() else { return Err(one()) };
     let mut renderer = machine.renderer()?;

@@ -15,6 +15,7 @@ mod register;
 mod render;
 mod section;
 mod stability;
+mod studio;
 mod thickness;
 mod verify;
 mod view;

@@ -1,6 +1,7 @@
 //! `bregma render`: one picture, or several on a sheet.
 
 use super::plate;
+use super::studio::{draw_studio, forget};
 use crate::cli::args::RenderArgs;
 use crate::cli::error::CommandError;
 use crate::cli::terminal::{warn, with_progress};
@@ -28,13 +29,23 @@ pub fn render(args: &RenderArgs, machine: Machine) -> Result<(), CommandError> {
     }
     warn(&prepare(&mut panels, &mut print)?);
     let mut renderer = machine.renderer()?;
-    let canvas = with_progress("drawing", |progress| draw(&panels, &print, renderer.as_mut(), progress))?;
+    let in_studio = panels.iter().any(|panel| panel.opened.scene.studio.is_some());
+    let canvas = if in_studio {
+        print.exposure = Some(args.studio.exposure(args.samples));
+        draw_studio(&panels, &mut print, renderer.as_mut(), &args.out)?
+    } else {
+        with_progress("drawing", |progress| draw(&panels, &print, renderer.as_mut(), progress))?
+    };
     let shows_nothing = canvas.middles.as_ref().is_none_or(|middles| middles.volume_id.iter().all(|id| *id == 0));
     if shows_nothing && canvas.light.iter().all(|light| *light == canvas.light[0]) {
         warn(&[format!("{}: the picture shows nothing from this view", args.out.display())]);
     }
     beside(args, &canvas)?;
-    write(args, (form, &encoding), &panels, &print, &renderer.name(), &canvas)
+    write(args, (form, &encoding), &panels, &print, &renderer.name(), &canvas)?;
+    if in_studio {
+        forget(&args.out, panels.len());
+    }
+    Ok(())
 }
 
 /// Writes the sheet, with what it was drawn of in it.

@@ -21,6 +21,7 @@ pub(super) fn opened(args: &RenderArgs, size: (u32, u32)) -> Result<Opened, Comm
     opened.scene.solver = args.solver.unwrap_or(opened.scene.solver);
     opened.scene.background = args.background.map_or(args.print.ground(opened.scene.background), |b| b.0);
     opened.scene.camera = camera(&args.camera, &opened, size);
+    opened.scene.studio = args.studio.studio()?.or(opened.scene.studio);
     if args.values.is_some() && !opened.scene.gives_values() {
         return Err(CommandError::Usage("--values are those of --mode max, min, mean, xray or slice: ask for one of these".into()));
     }

@@ -1,0 +1,152 @@
+//! Samples added up, in two halves whose difference tells the noise.
+
+use super::batch::{CHANNELS, GUIDES};
+use super::path::PIXELS;
+use super::tone::Toned;
+use crate::skip::BLOCK;
+use glam::Vec3;
+
+/// Of one block of pixels.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct BlockSums {
+    /// Of even and of odd samples.
+    pub halves: [[[f32; CHANNELS]; PIXELS]; 2],
+    pub guides: [[f32; GUIDES]; PIXELS],
+    /// Samples of each pixel.
+    pub samples: u32,
+}
+
+impl BlockSums {
+    fn new() -> Self {
+        Self { halves: [[[0.0; CHANNELS]; PIXELS]; 2], guides: [[0.0; GUIDES]; PIXELS], samples: 0 }
+    }
+
+    /// How many samples the two halves have.
+    pub fn of_halves(&self) -> [u32; 2] {
+        [self.samples.div_ceil(2), self.samples / 2]
+    }
+
+    /// Both halves of a pixel.
+    pub fn sum(&self, pixel: usize) -> [f32; CHANNELS] {
+        let [a, b] = [&self.halves[0][pixel], &self.halves[1][pixel]];
+        std::array::from_fn(|n| a[n] + b[n])
+    }
+
+    /// The sum of the squares of what its pixels' halves differ by as they are shown, in 255ths.
+    fn squares(&self, toned: &Toned, background: Vec3, is_pixel: impl Fn(usize) -> bool) -> f64 {
+        let [even, odd] = self.of_halves();
+        let square = |n: usize| {
+            let [a, b] = [(&self.halves[0][n], even), (&self.halves[1][n], odd)].map(|(sums, count)| toned.shown(sums, count, background));
+            f64::from((255.0 * (a - b)).length_squared())
+        };
+        (0..PIXELS).filter(|n| is_pixel(*n)).map(square).sum()
+    }
+}
+
+/// Samples of a picture so far.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Exposed {
+    pub(super) size: [u32; 2],
+    pub(super) blocks: Vec<BlockSums>,
+    /// Of each block, as far as its samples go: 255ths; infinite below two samples.
+    pub(super) noise: Vec<f32>,
+}
+
+/// Bytes that do not hold what was kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("it does not hold the samples of a picture of this size")]
+pub struct NotExposed;
+
+impl Exposed {
+    /// Of no sample yet.
+    pub fn new([width, height]: [u32; 2]) -> Self {
+        let count = width.div_ceil(BLOCK) as usize * height.div_ceil(BLOCK) as usize;
+        Self { size: [width, height], blocks: vec![BlockSums::new(); count], noise: vec![f32::INFINITY; count] }
+    }
+
+    /// Pixels across and down.
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    /// Samples of the pixels that have most.
+    pub fn samples(&self) -> u32 {
+        self.blocks.iter().map(|block| block.samples).max().unwrap_or(0)
+    }
+
+    /// Samples of all pixels together.
+    pub fn count(&self) -> u64 {
+        (0..self.blocks.len()).map(|n| u64::from(self.blocks[n].samples) * self.pixels_of(n)).sum()
+    }
+
+    /// The root mean square noise of the picture, 255ths of what a display shows: half of what its two halves differ by.
+    pub fn noise(&self) -> f64 {
+        let squares = self.noise.iter().zip(0..).map(|(noise, n)| f64::from(*noise).powi(2) * self.pixels_of(n) as f64);
+        (squares.sum::<f64>() / (f64::from(self.size[0]) * f64::from(self.size[1]))).sqrt()
+    }
+
+    /// The same of each block of 8 × 8 pixels, row by row; infinite below two samples.
+    pub fn noise_of_blocks(&self) -> &[f32] {
+        &self.noise
+    }
+
+    /// The corner of block number `n` in the picture.
+    pub(super) fn corner(&self, n: usize) -> [u32; 2] {
+        let across = self.size[0].div_ceil(BLOCK);
+        [n as u32 % across * BLOCK, n as u32 / across * BLOCK]
+    }
+
+    fn pixels_of(&self, n: usize) -> u64 {
+        let [x, y] = self.corner(n);
+        u64::from((self.size[0] - x).min(BLOCK)) * u64::from((self.size[1] - y).min(BLOCK))
+    }
+
+    /// Whether pixel number `pixel` of a block lies in the picture.
+    pub(super) fn has([width, height]: [u32; 2], [x0, y0]: [u32; 2], pixel: usize) -> bool {
+        x0 + pixel as u32 % BLOCK < width && y0 + pixel as u32 / BLOCK < height
+    }
+
+    /// The noise of a block: its halves' difference over two, root mean square over pixels and channels.
+    pub(super) fn noise_of(size: [u32; 2], corner: [u32; 2], block: &BlockSums, toned: &Toned, background: Vec3) -> f32 {
+        if block.samples < 2 {
+            return f32::INFINITY;
+        }
+        let is_pixel = |n: usize| Self::has(size, corner, n);
+        let values = 3 * (0..PIXELS).filter(|n| is_pixel(*n)).count();
+        ((block.squares(toned, background, is_pixel) / values as f64).sqrt() / 2.0) as f32
+    }
+
+    /// The block and the number in it of a pixel.
+    pub(super) fn at(&self, x: u32, y: u32) -> (&BlockSums, usize) {
+        let across = self.size[0].div_ceil(BLOCK);
+        (&self.blocks[(y / BLOCK * across + x / BLOCK) as usize], (y % BLOCK * BLOCK + x % BLOCK) as usize)
+    }
+
+    /// All of it as bytes, for a file; [`Exposed::from_bytes`] reads them.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let numbers = |block: &BlockSums| {
+            let floats = block.halves.as_flattened().as_flattened().iter().chain(block.guides.as_flattened()).flat_map(|v| v.to_le_bytes());
+            block.samples.to_le_bytes().into_iter().chain(floats).collect::<Vec<u8>>()
+        };
+        let noise = self.noise.iter().flat_map(|v| v.to_le_bytes());
+        self.size.iter().flat_map(|n| n.to_le_bytes()).chain(noise).chain(self.blocks.iter().flat_map(numbers)).collect()
+    }
+
+    /// What [`Exposed::to_bytes`] wrote of a picture of such a size.
+    pub fn from_bytes(size: [u32; 2], bytes: &[u8]) -> Result<Self, NotExposed> {
+        let mut exposed = Self::new(size);
+        let mut words = bytes.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]]));
+        let expected = 2 + exposed.blocks.len() * (2 + PIXELS * (2 * CHANNELS + GUIDES));
+        if bytes.len() != 4 * expected || [words.next(), words.next()] != size.map(Some) {
+            return Err(NotExposed);
+        }
+        let mut word = || words.next().unwrap_or(0);
+        exposed.noise.iter_mut().for_each(|v| *v = f32::from_bits(word()));
+        for block in &mut exposed.blocks {
+            block.samples = word();
+            block.halves.as_flattened_mut().as_flattened_mut().iter_mut().for_each(|v| *v = f32::from_bits(word()));
+            block.guides.as_flattened_mut().iter_mut().for_each(|v| *v = f32::from_bits(word()));
+        }
+        Ok(exposed)
+    }
+}

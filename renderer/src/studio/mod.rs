@@ -1,0 +1,22 @@
+//! Studio light: path tracing of a scene's surfaces, found as its pictures find them.
+//!
+//! A [`Studio`] of a [`Scene`](crate::Scene) says how it is lit, a [`Tracer`] draws samples of it, and [`Exposed`] adds them up and tells their noise.
+
+mod accumulate;
+mod batch;
+mod bone;
+mod bsdf;
+mod denoise;
+mod ground;
+mod lamps;
+mod path;
+mod sampling;
+mod settings;
+#[cfg(test)]
+mod tests;
+mod tone;
+mod tracer;
+
+pub use accumulate::{Exposed, NotExposed};
+pub use settings::{Follows, Ground, Lamp, MOST_LAMPS, MOST_SMOOTH_VOXEL, Preset, Sky, Studio, StudioError, Tone};
+pub use tracer::{LEAST_SAMPLES, Tracer};

@@ -1,0 +1,230 @@
+//! Pictures under studio light: drawn until they are good enough, kept on the way, and gone on with where they were left.
+
+use crate::output::{OutputError, write_whole};
+use bregma_field::{Cancelled, Volume};
+use bregma_renderer::studio::{Exposed, LEAST_SAMPLES, Preset, Studio, StudioError, Tracer};
+use bregma_renderer::{CpuRenderer, Named, Picture, RenderError, Renderer, Scene};
+use serde::{Deserialize, Serialize};
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use thiserror::Error;
+
+/// When a picture is good enough; at the first of these.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Stop {
+    /// Samples of a pixel.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub samples: Option<u32>,
+    /// Noise of each block of 8 × 8 pixels, or with `even` of the whole picture, root mean square, in 255ths.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise: Option<f64>,
+    /// Wall clock.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub minutes: Option<f64>,
+    /// Blocks that are good enough get as many samples as others.
+    #[serde(default)]
+    pub even: bool,
+}
+
+/// How a picture under studio light is made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Exposure {
+    /// Until then.
+    #[serde(flatten)]
+    pub stop: Stop,
+    /// Of its noise.
+    #[serde(default)]
+    pub seed: u32,
+    /// What noise is left is taken away by a filter.
+    #[serde(default)]
+    pub denoise: bool,
+}
+
+impl Exposure {
+    /// The same by the samples that it came to, where the clock had a say: for it to be made again.
+    pub fn timeless(self, samples: u32) -> Self {
+        let by_clock = self.stop.minutes.is_some();
+        let stop = Stop { samples: if by_clock { Some(samples) } else { self.stop.samples }, minutes: None, ..self.stop };
+        Self { stop, ..self }
+    }
+}
+
+/// What is drawn.
+#[derive(Clone, Copy, Debug)]
+pub struct Order<'a> {
+    /// The scans.
+    pub volumes: &'a [Arc<Volume>],
+    /// With a studio.
+    pub scene: &'a Scene,
+    /// Pixels across and down.
+    pub size: [u32; 2],
+    /// How.
+    pub exposure: Exposure,
+    /// Where what is drawn so far is kept every half minute; nowhere where absent.
+    pub part: Option<&'a Path>,
+}
+
+/// How far a picture is.
+#[derive(Clone, Copy, Debug)]
+pub struct Told {
+    /// Samples of the pixels that have most.
+    pub samples: u32,
+    /// Root mean square over the picture, 255ths.
+    pub noise: f64,
+    /// About how long the rest takes, if that is known.
+    pub left: Option<Duration>,
+}
+
+/// A studio that cannot be found.
+#[derive(Debug, Error)]
+pub enum StudioFileError {
+    /// No such name, and no such file.
+    #[error("{0}: no studio light of that name, nor a file; there are {all}", all = names())]
+    Unknown(String),
+    /// Not a studio.
+    #[error("{}: it holds no studio light ({reason}); write one from the example in docs/studio.md", file.display())]
+    Form {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong.
+        reason: serde_json::Error,
+    },
+    /// One that cannot be.
+    #[error("{}: {reason}", file.display())]
+    Studio {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong.
+        reason: StudioError,
+    },
+}
+
+fn names() -> String {
+    Preset::ALL.iter().map(|preset| preset.name()).collect::<Vec<_>>().join(", ")
+}
+
+/// A studio by the name of a preset, or from a JSON file.
+pub fn find(name: &str) -> Result<Studio, StudioFileError> {
+    if let Some(preset) = Preset::named(name) {
+        return Ok(preset.studio());
+    }
+    let text = std::fs::read_to_string(name).map_err(|_| StudioFileError::Unknown(name.to_owned()))?;
+    let studio: Studio = serde_json::from_str(&text).map_err(|reason| StudioFileError::Form { file: name.into(), reason })?;
+    studio.check().map_err(|reason| StudioFileError::Studio { file: name.into(), reason })?;
+    Ok(studio)
+}
+
+/// Why there is no picture.
+#[derive(Debug, Error)]
+pub enum ExposeError {
+    /// It cannot be drawn.
+    #[error(transparent)]
+    Render(#[from] RenderError),
+    /// What is drawn so far cannot be kept.
+    #[error(transparent)]
+    Part(#[from] OutputError),
+    /// Stopped by request.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+/// A picture that is good enough, and how it became so.
+#[derive(Debug)]
+pub struct Drawn {
+    /// As it is shown.
+    pub picture: Picture,
+    /// Samples of the pixels that have most.
+    pub samples: u32,
+    /// Root mean square over the picture, 255ths.
+    pub noise: f64,
+    /// Samples that another run had kept.
+    pub resumed: u32,
+}
+
+/// Where what is drawn so far of picture number `n` of a file is kept beside it.
+pub fn part_of(out: &Path, n: usize) -> PathBuf {
+    let mut name = OsString::from(out);
+    name.push(if n == 0 { ".part".into() } else { format!(".{}.part", n + 1) });
+    name.into()
+}
+
+/// How often what is drawn is kept.
+const KEPT_EVERY: Duration = Duration::from_secs(30);
+/// What a file of kept samples begins with.
+const MAGIC: &[u8] = b"bregma studio 1\n";
+
+/// Draws a picture until it is good enough, and tells how far it is after each round.
+pub fn draw(order: &Order<'_>, told: impl FnMut(Told) -> Result<(), Cancelled>) -> Result<Drawn, ExposeError> {
+    let tracer = Tracer::new(order.volumes, order.scene, order.size, order.exposure.seed)?;
+    let header = header(order);
+    let exposed = resumed(order, &header).unwrap_or_else(|| Exposed::new(order.size));
+    let resumed = exposed.samples();
+    let exposed = expose(order, &tracer, &header, exposed, told)?;
+    let [width, height] = order.size;
+    let middles = CpuRenderer::default().render(order.volumes, order.scene, width, height)?;
+    let (samples, noise) = (exposed.samples(), exposed.noise());
+    Ok(Drawn { picture: tracer.picture(&exposed, order.exposure.denoise, middles), samples, noise, resumed })
+}
+
+/// Adds samples round by round: all that a file keeps is between two of them, so that it does not matter how often it was gone on with.
+fn expose(
+    order: &Order<'_>,
+    tracer: &Tracer,
+    header: &[u8],
+    mut exposed: Exposed,
+    mut told: impl FnMut(Told) -> Result<(), Cancelled>,
+) -> Result<Exposed, ExposeError> {
+    let (begun, mut kept, before) = (Instant::now(), Instant::now(), exposed.count());
+    let Stop { samples, noise, minutes, even } = order.exposure.stop;
+    while !is_enough(&exposed, &order.exposure.stop) && minutes.is_none_or(|minutes| begun.elapsed().as_secs_f64() < 60.0 * minutes) {
+        let until = (exposed.samples() + round_at(exposed.samples())).min(samples.unwrap_or(u32::MAX));
+        tracer.expose(&mut exposed, until, noise.filter(|_| !even).map(|noise| noise as f32));
+        let seconds = begun.elapsed().as_secs_f64() / (exposed.count() - before).max(1) as f64;
+        told(Told { samples: exposed.samples(), noise: exposed.noise(), left: left(&exposed, &order.exposure.stop, seconds) })?;
+        if let Some(part) = order.part.filter(|_| kept.elapsed() >= KEPT_EVERY) {
+            write_whole(part, &[header, &exposed.to_bytes()].concat())?;
+            kept = Instant::now();
+        }
+    }
+    Ok(exposed)
+}
+
+/// Samples of the round after so many: few at first, so that there soon is something to see.
+fn round_at(samples: u32) -> u32 {
+    samples.clamp(4, 16)
+}
+
+fn is_enough(exposed: &Exposed, stop: &Stop) -> bool {
+    let blocks = |noise: f64| exposed.noise_of_blocks().iter().all(|told| f64::from(*told) <= noise);
+    let is_quiet = |noise: f64| exposed.samples() >= LEAST_SAMPLES && if stop.even { exposed.noise() <= noise } else { blocks(noise) };
+    stop.samples.is_some_and(|samples| exposed.samples() >= samples) || stop.noise.is_some_and(is_quiet)
+}
+
+/// How long the rest takes at so many seconds a sample: noise falls with the root of the samples.
+fn left(exposed: &Exposed, stop: &Stop, seconds: f64) -> Option<Duration> {
+    let (done, pixels) = (f64::from(exposed.samples()), f64::from(exposed.size()[0]) * f64::from(exposed.size()[1]));
+    let by_samples = stop.samples.map(|samples| (f64::from(samples) - done) * pixels);
+    let more = |told: f64, noise: f64| ((told / noise).powi(2) - 1.0).max(0.0) * done;
+    let by_noise = stop.noise.map(|noise| match stop.even {
+        true => more(exposed.noise(), noise) * pixels,
+        false => exposed.noise_of_blocks().iter().map(|told| more(f64::from(*told), noise) * 64.0).sum(),
+    });
+    let count = by_samples.into_iter().chain(by_noise).fold(f64::INFINITY, f64::min);
+    Duration::try_from_secs_f64(count * seconds).ok()
+}
+
+/// What a picture's kept samples are of: all that decides them.
+fn header(order: &Order<'_>) -> Vec<u8> {
+    let scans: Vec<String> = order.volumes.iter().map(|volume| volume.content()).collect();
+    let of = serde_json::json!({ "scene": order.scene, "scans": scans, "seed": order.exposure.seed, "size": order.size });
+    let text = of.to_string();
+    [MAGIC, &(text.len() as u64).to_le_bytes(), text.as_bytes()].concat()
+}
+
+/// What another run kept of the same picture.
+fn resumed(order: &Order<'_>, header: &[u8]) -> Option<Exposed> {
+    let bytes = std::fs::read(order.part?).ok()?;
+    Exposed::from_bytes(order.size, bytes.strip_prefix(header)?).ok()
+}
