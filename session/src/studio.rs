@@ -108,7 +108,9 @@ fn names() -> String {
 /// A studio by the name of a preset, or from a JSON file.
 pub fn find(name: &str) -> Result<Studio, StudioFileError> {
     if let Some(preset) = Preset::named(name) {
-        return Ok(preset.studio());
+        // As files write it, whose colours have 8 bits, so that what is drawn of one is drawn again.
+        let written = serde_json::json!(preset.studio());
+        return Ok(serde_json::from_value(written).expect("a studio reads what it writes"));
     }
     let text = std::fs::read_to_string(name).map_err(|_| StudioFileError::Unknown(name.to_owned()))?;
     let studio: Studio = serde_json::from_str(&text).map_err(|reason| StudioFileError::Form { file: name.into(), reason })?;
