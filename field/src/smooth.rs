@@ -77,7 +77,8 @@ mod tests {
         assert!((sum - 1.0).abs() < 1e-5, "{sum}");
         // Cut off at three deviations the variance is up to 3 % less.
         squares.iter().for_each(|s| assert!((s / (sigma * sigma) - 1.0).abs() < 0.03, "{squares:?}"));
-        let plane: Vec<i16> = (0..dims.iter().product::<usize>()).map(|n| (100 * (n % dims[0]) + 7 * (n / (dims[0] * dims[1]))) as i16).collect();
+        let plane: Vec<i16> =
+            (0..dims.iter().product::<usize>()).map(|n| (100 * (n % dims[0]) + 7 * (n / (dims[0] * dims[1]))) as i16).collect();
         let flat = smoothed(&volume(dims, Samples::I16(plane.clone())), sigma);
         let Samples::F32(flat) = flat.samples() else { panic!() };
         for n in 0..plane.len() {

@@ -36,8 +36,10 @@ pub struct Order<'a> {
     pub seed: u32,
     /// Until then.
     pub stop: Stop,
-    /// Where what is drawn so far is kept every half minute.
+    /// Where what is drawn so far is kept, and how often.
     pub part: &'a Path,
+    /// Not before so long has passed since the last time.
+    pub keep_every: Duration,
 }
 
 /// How far a picture is.
@@ -121,8 +123,6 @@ pub fn part_of(out: &Path) -> PathBuf {
     name.into()
 }
 
-/// How often what is drawn is kept.
-const KEPT_EVERY: Duration = Duration::from_secs(30);
 /// What a file of kept samples begins with.
 const MAGIC: &[u8] = b"bregma studio 1\n";
 
@@ -140,7 +140,13 @@ pub fn draw(order: &Order<'_>, denoise: bool, told: impl FnMut(Told)) -> Result<
 }
 
 /// Adds samples round by round: all that a file keeps is between two of them, so that it does not matter how often it was gone on with.
-fn expose(order: &Order<'_>, tracer: &Tracer, header: &[u8], mut exposed: Exposed, mut told: impl FnMut(Told)) -> Result<Exposed, OutputError> {
+fn expose(
+    order: &Order<'_>,
+    tracer: &Tracer,
+    header: &[u8],
+    mut exposed: Exposed,
+    mut told: impl FnMut(Told),
+) -> Result<Exposed, OutputError> {
     let (begun, mut kept, before) = (Instant::now(), Instant::now(), exposed.count());
     let Stop { samples, noise, minutes, even } = order.stop;
     while !is_enough(&exposed, &order.stop) && minutes.is_none_or(|minutes| begun.elapsed().as_secs_f64() < 60.0 * minutes) {
@@ -148,7 +154,7 @@ fn expose(order: &Order<'_>, tracer: &Tracer, header: &[u8], mut exposed: Expose
         tracer.expose(&mut exposed, until, noise.filter(|_| !even).map(|noise| noise as f32));
         let seconds = begun.elapsed().as_secs_f64() / (exposed.count() - before).max(1) as f64;
         told(Told { samples: exposed.samples(), noise: exposed.noise(), left: left(&exposed, &order.stop, seconds) });
-        if kept.elapsed() >= KEPT_EVERY {
+        if kept.elapsed() >= order.keep_every {
             write_whole(order.part, &[header, &exposed.to_bytes()].concat())?;
             kept = Instant::now();
         }

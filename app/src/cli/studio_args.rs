@@ -25,6 +25,9 @@ pub struct StudioArgs {
     /// All pixels get as many samples, and --noise is of the whole picture
     #[arg(long, requires = "studio")]
     pub even: bool,
+    /// How often what is drawn so far is kept beside the picture, in P.png.part, where the same command goes on from if it was stopped; seconds
+    #[arg(long, value_name = "S", value_parser = positive, default_value_t = 30.0, requires = "studio")]
+    pub keep: f64,
     /// Of the noise
     #[arg(long, value_name = "N", default_value_t = 0, requires = "studio")]
     pub seed: u32,

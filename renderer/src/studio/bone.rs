@@ -104,7 +104,8 @@ impl Bone {
             let [a, b] = piece.box_mm();
             (low.min(a), high.max(b))
         });
-        let (middle_mm, radius_mm) = if low.cmple(high).all() { ((low + high) / 2.0, (high - low).length() / 2.0) } else { (DVec3::ZERO, 1.0) };
+        let (middle_mm, radius_mm) =
+            if low.cmple(high).all() { ((low + high) / 2.0, (high - low).length() / 2.0) } else { (DVec3::ZERO, 1.0) };
         let start_mm = if finest_mm.is_finite() { START_VOXEL * finest_mm } else { START_VOXEL };
         Ok(Self { pieces, method: scene.method(), normals: scene.normals, middle_mm, radius_mm: radius_mm.max(1e-3), start_mm })
     }
@@ -113,14 +114,8 @@ impl Bone {
     #[inline(always)]
     pub fn first<S: Simd>(&self, simd: S, rays: &Rays<S>, far: Floats<S>, asked: Mask<S>) -> Seen<S> {
         let zero = Floats::splat(simd, 0.0);
-        let mut seen = Seen {
-            found: Mask::splat(simd, false),
-            far,
-            at: rays.origin,
-            geometric: [zero; 3],
-            shading: [zero; 3],
-            color: [zero; 3],
-        };
+        let mut seen =
+            Seen { found: Mask::splat(simd, false), far, at: rays.origin, geometric: [zero; 3], shading: [zero; 3], color: [zero; 3] };
         for piece in &self.pieces {
             let (lines, kept) = piece.lines(simd, rays);
             let part = Part { begin: kept.begin, s_min: zero, s_max: seen.far.min(kept.end) };
@@ -197,7 +192,15 @@ impl Piece {
 
     /// Takes over what its hits are.
     #[inline(always)]
-    fn see<S: Simd>(&self, simd: S, normals: Normals, rays: &Rays<S>, (lines, kept): (&Line<S>, &Kept<S>), hit: &Hit<S>, seen: &mut Seen<S>) {
+    fn see<S: Simd>(
+        &self,
+        simd: S,
+        normals: Normals,
+        rays: &Rays<S>,
+        (lines, kept): (&Line<S>, &Kept<S>),
+        hit: &Hit<S>,
+        seen: &mut Seen<S>,
+    ) {
         let (zero, one) = (Floats::splat(simd, 0.0), Floats::splat(simd, 1.0));
         let field = self.field();
         let [own, smooth] = both_gradients(simd, field.source, field.dims, &hit.cell, &hit.local, hit.found, normals == Normals::Smooth);

@@ -70,7 +70,8 @@ fn smoothed(pixels: &[Pixel], [width, height]: [u32; 2], (x, y): (u32, u32), ste
         let (x, y) = (i64::from(x) + dx, i64::from(y) + dy);
         ((0..i64::from(width)).contains(&x) && (0..i64::from(height)).contains(&y)).then(|| pixels[(y * i64::from(width) + x) as usize])
     };
-    let around: Vec<f32> = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy))).filter_map(|(dx, dy)| near(dx, dy)).map(|p| p.variance).collect();
+    let around: Vec<f32> =
+        (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy))).filter_map(|(dx, dy)| near(dx, dy)).map(|p| p.variance).collect();
     let noise = NOISES * NOISES * (around.iter().sum::<f32>() / around.len() as f32) + 1e-8;
     for (dx, dy) in (-2..=2_i64).flat_map(|dy| (-2..=2_i64).map(move |dx| (dx, dy))) {
         let Some(other) = near(step * dx, step * dy) else { continue };
@@ -84,4 +85,3 @@ fn smoothed(pixels: &[Pixel], [width, height]: [u32; 2], (x, y): (u32, u32), ste
     }
     Pixel { light: light / weights, variance: variance / (weights * weights), ..own }
 }
-

@@ -59,11 +59,7 @@ pub(crate) struct Room {
 impl Room {
     pub fn of(stage: &Stage) -> Self {
         let most = PIXELS * AT_ONCE as usize;
-        Self {
-            paths: [Paths::of(most), Paths::of(most)],
-            shadows: Shadows::of(most * stage.lamps.len().max(1)),
-            found: Found::of(most),
-        }
+        Self { paths: [Paths::of(most), Paths::of(most)], shadows: Shadows::of(most * stage.lamps.len().max(1)), found: Found::of(most) }
     }
 }
 
@@ -198,13 +194,21 @@ impl Stage {
     /// Which of a packet's samples are of a ground that only catches shadows.
     #[inline(always)]
     fn caught<S: Simd>(&self, simd: S, packet: &Packet<S>, found: &Found) -> Mask<S> {
-        let bits = numbers(packet.is).filter(|lane| found.light[packet.slot[*lane] as usize][CAUGHT] > 0.0).fold(0, |bits, lane| bits | 1 << lane);
+        let bits =
+            numbers(packet.is).filter(|lane| found.light[packet.slot[*lane] as usize][CAUGHT] > 0.0).fold(0, |bits, lane| bits | 1 << lane);
         Mask::from_bitmask(simd, bits)
     }
 
     /// Adds what comes along rays that surfaces chose: from the sky where they meet nothing, and from lamps before what they meet.
     #[inline(always)]
-    fn gather<S: Simd>(&self, simd: S, packet: &Packet<S>, (from, far, is_hit): (&Vecs<S>, Floats<S>, Mask<S>), catches: Mask<S>, found: &mut Found) {
+    fn gather<S: Simd>(
+        &self,
+        simd: S,
+        packet: &Packet<S>,
+        (from, far, is_hit): (&Vecs<S>, Floats<S>, Mask<S>),
+        catches: Mask<S>,
+        found: &mut Found,
+    ) {
         let direction = &packet.rays.direction;
         let endless = Floats::splat(simd, NEVER);
         let sky = self.dome.light(direction);
@@ -306,7 +310,12 @@ fn by_chance<S: Simd>(simd: S, throughput: &Vecs<S>, chance: Floats<S>, goes: Ma
 
 /// Notes what is seen first.
 #[inline(always)]
-fn note_first<S: Simd>(packet: &Packet<S>, (is, catches): (Mask<S>, Mask<S>), (color, normal, far): (&Vecs<S>, &Vecs<S>, Floats<S>), found: &mut Found) {
+fn note_first<S: Simd>(
+    packet: &Packet<S>,
+    (is, catches): (Mask<S>, Mask<S>),
+    (color, normal, far): (&Vecs<S>, &Vecs<S>, Floats<S>),
+    found: &mut Found,
+) {
     let (color, normal, far) = (axes!(a => color[a].to_array()), axes!(a => normal[a].to_array()), far.to_array());
     for lane in numbers(is) {
         let slot = packet.slot[lane] as usize;

@@ -249,7 +249,8 @@ mod tests {
         for (mean, expected) in means.into_iter().zip([0.0, 0.0, 0.5, 2.0 / 3.0]) {
             assert!((mean - expected).abs() < 2e-3, "{means:?}");
         }
-        let tents: Vec<f32> = pairs(9, 1, 4096).iter().map(|[u, _]| dispatch!(Level::new(), simd => tent(Floats::splat(simd, *u))[0])).collect();
+        let tents: Vec<f32> =
+            pairs(9, 1, 4096).iter().map(|[u, _]| dispatch!(Level::new(), simd => tent(Floats::splat(simd, *u))[0])).collect();
         let variance = tents.iter().map(|t| f64::from(t * t)).sum::<f64>() / 4096.0;
         assert!(tents.iter().all(|t| t.abs() <= 1.0) && (variance - 1.0 / 6.0).abs() < 2e-3, "a tent's variance is 1/6, not {variance}");
     }

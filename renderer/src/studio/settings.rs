@@ -123,7 +123,9 @@ pub const MOST_LAMPS: usize = 16;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum StudioError {
     /// A lamp that is none.
-    #[error("a lamp of the studio light is nowhere, has a size that is not between 0 and 120 degrees or a strength that is not between 0 and 1e6")]
+    #[error(
+        "a lamp of the studio light is nowhere, has a size that is not between 0 and 120 degrees or a strength that is not between 0 and 1e6"
+    )]
     Lamp,
     /// Too many.
     #[error("the studio light has more than 16 lamps")]
@@ -132,7 +134,9 @@ pub enum StudioError {
     #[error("of the studio light sky and exposure must be numbers, gloss 0 to 1, smooth_voxel 0 to 1")]
     Numbers,
     /// A way of drawing that has no surface to light.
-    #[error("studio light is for opaque surfaces: use --mode iso or overlay, without --reconstruction and --solver, and cuts that show bone")]
+    #[error(
+        "studio light is for opaque surfaces: use --mode iso or overlay, without --reconstruction and --solver, and cuts that show bone"
+    )]
     Mode,
 }
 
@@ -215,23 +219,24 @@ impl Preset {
         };
         match self {
             Self::Journal => Studio {
-                lamps: vec![lamp(-45.0, 45.0, 16.0, [1.0; 3], 0.72)],
-                sky: Sky { above: white, below: Color([0.85, 0.83, 0.8]), strength: 0.3 },
+                lamps: vec![lamp(-45.0, 45.0, 16.0, [1.0; 3], 0.86)],
+                sky: Sky { above: white, below: Color([0.88, 0.87, 0.86]), strength: 0.36 },
                 ..base
             },
             Self::Museum => Studio {
-                lamps: vec![lamp(-52.0, 42.0, 26.0, [1.0, 0.965, 0.915], 1.0), lamp(132.0, 18.0, 22.0, [0.72, 0.84, 1.0], 0.9)],
-                sky: Sky::even(Color([0.78, 0.87, 1.0]), 0.06),
-                ground: Ground::Sweep { color: Color([0.27, 0.28, 0.3]) },
+                lamps: vec![lamp(-50.0, 44.0, 26.0, [1.0, 0.975, 0.94], 1.3), lamp(128.0, 22.0, 20.0, [0.8, 0.9, 1.0], 1.1)],
+                sky: Sky::even(Color([0.93, 0.96, 1.0]), 0.1),
+                ground: Ground::Sweep { color: Color([0.28, 0.27, 0.26]) },
                 smooth_voxel: 0.6,
                 ..base
             },
             Self::Relief => Studio {
-                lamps: vec![lamp(-75.0, 15.0, 3.0, [1.0, 0.98, 0.95], 1.1)],
-                sky: Sky::even(white, 0.08),
+                lamps: vec![lamp(-62.0, 15.0, 3.0, [1.0, 0.98, 0.95], 1.1)],
+                sky: Sky::even(white, 0.14),
+                smooth_voxel: 0.6,
                 ..base
             },
-            Self::Sky => Studio { sky: Sky::even(white, 1.0), bounces: 1, ..base },
+            Self::Sky => Studio { sky: Sky::even(white, 1.0), bounces: 0, ..base },
         }
     }
 }

@@ -15,16 +15,7 @@ use std::sync::Arc;
 const WHITE: Color = Color([1.0; 3]);
 
 fn plain(lamps: Vec<Lamp>, sky: Sky) -> Studio {
-    Studio {
-        lamps,
-        sky,
-        ground: Ground::None,
-        gloss: 0.0,
-        exposure_ev: 0.0,
-        tone: Tone::Linear,
-        smooth_voxel: 0.0,
-        bounces: 1000,
-    }
+    Studio { lamps, sky, ground: Ground::None, gloss: 0.0, exposure_ev: 0.0, tone: Tone::Linear, smooth_voxel: 0.0, bounces: 1000 }
 }
 
 fn lamp(azimuth_deg: f64, elevation_deg: f64, distance: f64, size_deg: f64, strength: f32) -> Lamp {
@@ -232,8 +223,12 @@ fn within_a_closed_ball_it_is_dark() {
     let shell = Shell { centre: DVec3::ZERO, inner_mm: 12.0, outer_mm: 16.0 };
     let volumes = [Arc::new(shell.volume(&grid(40, 40.0)))];
     let mut scene = scene(&volumes, 0.0, plain(vec![lamp(-40.0, 50.0, 3.0, 60.0, 5.0)], Sky::even(WHITE, 1.0)));
-    scene.camera =
-        Camera { eye_mm: DVec3::new(1.0, 2.0, 3.0), target_mm: DVec3::Y, up: DVec3::Z, projection: Projection::Perspective { fov_deg: 100.0 } };
+    scene.camera = Camera {
+        eye_mm: DVec3::new(1.0, 2.0, 3.0),
+        target_mm: DVec3::Y,
+        up: DVec3::Z,
+        projection: Projection::Perspective { fov_deg: 100.0 },
+    };
     // Chance ends no path in white walls.
     scene.studio.as_mut().unwrap().bounces = 20;
     let size = [40, 40];

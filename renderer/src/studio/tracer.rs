@@ -44,7 +44,13 @@ impl Tracer {
     }
 
     /// The same by a set of vector instructions.
-    pub fn with_instructions(level: InstructionSet, volumes: &[Arc<Volume>], scene: &Scene, size: [u32; 2], seed: u32) -> Result<Self, RenderError> {
+    pub fn with_instructions(
+        level: InstructionSet,
+        volumes: &[Arc<Volume>],
+        scene: &Scene,
+        size: [u32; 2],
+        seed: u32,
+    ) -> Result<Self, RenderError> {
         let [width, height] = size;
         if width == 0 || height == 0 {
             return Err(RenderError::NoPixels { width, height });

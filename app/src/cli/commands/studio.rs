@@ -7,12 +7,14 @@ use bregma_renderer::Picture;
 use bregma_session::Opened;
 use bregma_session::studio::{Order, Told, draw, part_of};
 use std::io::{self, IsTerminal, Write};
+use std::time::Duration;
 
 /// Draws the picture of a scene that has a studio. What is drawn so far lies beside it until it is written: the same command goes on from there.
 pub fn draw_studio(args: &RenderArgs, opened: &Opened) -> Result<Picture, CommandError> {
     let stop = args.studio.stop(args.samples);
     let (part, size) = (part_of(&args.out), args.size.into());
-    let order = Order { volumes: &opened.volumes, scene: &opened.scene, size, seed: args.studio.seed, stop, part: &part };
+    let keep_every = Duration::try_from_secs_f64(args.studio.keep).unwrap_or(Duration::MAX);
+    let order = Order { volumes: &opened.volumes, scene: &opened.scene, size, seed: args.studio.seed, stop, part: &part, keep_every };
     let is_watched = io::stderr().is_terminal();
     let drawn = draw(&order, args.studio.denoise, |told| {
         if is_watched {
