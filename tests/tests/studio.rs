@@ -10,7 +10,7 @@ use bregma_synthetic::{Random, Which, skull};
 use bregma_volume::{Progress, ReadSamples, Samples, Volume, WorldPoint};
 use glam::DVec3;
 use rayon::prelude::*;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
@@ -111,7 +111,7 @@ impl<'a> Plainly<'a> {
             // A thousandth of a voxel, as far as the picture's rays start; the reference itself is good to 1e-9.
             let start = at + 1e-3 * self.surface.grid.spacing_mm().min_element() * normal;
             throughput *= f64::from(ALBEDO);
-            light += throughput * self.from_lamp(start, normal, shading, r);
+            light += throughput * self.lamp(start, normal, shading, r);
             // About the shading normal, by the cosine.
             let (turn, z) = (TAU * r.unit(), r.unit().sqrt());
             let (u, v) = shading.any_orthonormal_pair();
@@ -132,7 +132,7 @@ impl<'a> Plainly<'a> {
     }
 
     /// What comes from an even point of the lamp, over π.
-    fn from_lamp(&self, start: DVec3, normal: DVec3, shading: DVec3, r: &mut Random) -> f64 {
+    fn lamp(&self, start: DVec3, normal: DVec3, shading: DVec3, r: &mut Random) -> f64 {
         let (turn, away) = (TAU * r.unit(), self.lamp_radius_mm * r.unit().sqrt());
         let (u, v) = self.toward_bone.any_orthonormal_pair();
         let way = self.lamp_mm + away * (turn.cos() * u + turn.sin() * v) - start;

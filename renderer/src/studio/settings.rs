@@ -225,8 +225,8 @@ impl Preset {
             },
             Self::Museum => Studio {
                 lamps: vec![lamp(-50.0, 44.0, 26.0, [1.0, 0.975, 0.94], 1.3), lamp(128.0, 22.0, 20.0, [0.8, 0.9, 1.0], 1.1)],
-                sky: Sky::even(Color([0.93, 0.96, 1.0]), 0.1),
-                ground: Ground::Sweep { color: Color([0.28, 0.27, 0.26]) },
+                sky: Sky::even(Color([0.78, 0.89, 1.0]), 0.15),
+                ground: Ground::Sweep { color: Color([0.265, 0.255, 0.245]) },
                 smooth_voxel: 0.6,
                 ..base
             },
