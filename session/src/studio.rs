@@ -62,8 +62,10 @@ pub struct Order<'a> {
     pub size: [u32; 2],
     /// How.
     pub exposure: Exposure,
-    /// Where what is drawn so far is kept every half minute; nowhere where absent.
+    /// Where what is drawn so far is kept; nowhere where absent.
     pub part: Option<&'a Path>,
+    /// Not before so long has passed since the last time.
+    pub keep_every: Duration,
 }
 
 /// How far a picture is.
@@ -152,8 +154,6 @@ pub fn part_of(out: &Path, n: usize) -> PathBuf {
     name.into()
 }
 
-/// How often what is drawn is kept.
-const KEPT_EVERY: Duration = Duration::from_secs(30);
 /// What a file of kept samples begins with.
 const MAGIC: &[u8] = b"bregma studio 1\n";
 
@@ -185,7 +185,7 @@ fn expose(
         tracer.expose(&mut exposed, until, noise.filter(|_| !even).map(|noise| noise as f32));
         let seconds = begun.elapsed().as_secs_f64() / (exposed.count() - before).max(1) as f64;
         told(Told { samples: exposed.samples(), noise: exposed.noise(), left: left(&exposed, &order.exposure.stop, seconds) })?;
-        if let Some(part) = order.part.filter(|_| kept.elapsed() >= KEPT_EVERY) {
+        if let Some(part) = order.part.filter(|_| kept.elapsed() >= order.keep_every) {
             write_whole(part, &[header, &exposed.to_bytes()].concat())?;
             kept = Instant::now();
         }

@@ -5,6 +5,7 @@ use bregma_renderer::Color;
 use bregma_renderer::studio::{Follows, Lamp, Studio};
 use bregma_session::studio::{Exposure, Stop, StudioFileError, find};
 use clap::Args;
+use std::time::Duration;
 
 /// Studio light.
 #[derive(Debug, Args)]
@@ -25,6 +26,9 @@ pub struct StudioArgs {
     /// All pixels get as many samples, and --noise is of the whole picture
     #[arg(long, requires = "studio")]
     pub even: bool,
+    /// How often what is drawn so far is kept beside the picture, in P.png.part, where the same command goes on from if it was stopped; seconds
+    #[arg(long, value_name = "S", value_parser = positive, default_value_t = 30.0, requires = "studio")]
+    pub keep: f64,
     /// Of the noise
     #[arg(long, value_name = "N", default_value_t = 0, requires = "studio")]
     pub seed: u32,
@@ -43,6 +47,11 @@ impl StudioArgs {
         let mut studio = find(name)?;
         studio.lamps.extend(&self.lamp);
         Ok(Some(studio))
+    }
+
+    /// How often what is drawn so far is kept.
+    pub fn keep_every(&self) -> Duration {
+        Duration::try_from_secs_f64(self.keep).unwrap_or(Duration::MAX)
     }
 
     /// When the picture is good enough, and what is done with what noise is left.

@@ -219,19 +219,24 @@ impl Preset {
         };
         match self {
             Self::Journal => Studio {
-                lamps: vec![lamp(-45.0, 45.0, 16.0, [1.0; 3], 0.72)],
-                sky: Sky { above: white, below: Color([0.85, 0.83, 0.8]), strength: 0.3 },
+                lamps: vec![lamp(-45.0, 45.0, 16.0, [1.0; 3], 0.86)],
+                sky: Sky { above: white, below: Color([0.88, 0.87, 0.86]), strength: 0.36 },
                 ..base
             },
             Self::Museum => Studio {
-                lamps: vec![lamp(-52.0, 42.0, 26.0, [1.0, 0.965, 0.915], 1.0), lamp(132.0, 18.0, 22.0, [0.72, 0.84, 1.0], 0.9)],
-                sky: Sky::even(Color([0.78, 0.87, 1.0]), 0.06),
-                ground: Ground::Sweep { color: Color([0.27, 0.28, 0.3]) },
+                lamps: vec![lamp(-50.0, 44.0, 26.0, [1.0, 0.975, 0.94], 1.3), lamp(128.0, 22.0, 20.0, [0.8, 0.9, 1.0], 1.1)],
+                sky: Sky::even(Color([0.78, 0.89, 1.0]), 0.15),
+                ground: Ground::Sweep { color: Color([0.265, 0.255, 0.245]) },
                 smooth_voxel: 0.6,
                 ..base
             },
-            Self::Relief => Studio { lamps: vec![lamp(-75.0, 15.0, 3.0, [1.0, 0.98, 0.95], 1.1)], sky: Sky::even(white, 0.08), ..base },
-            Self::Sky => Studio { sky: Sky::even(white, 1.0), bounces: 1, ..base },
+            Self::Relief => Studio {
+                lamps: vec![lamp(-62.0, 15.0, 3.0, [1.0, 0.98, 0.95], 1.1)],
+                sky: Sky::even(white, 0.14),
+                smooth_voxel: 0.6,
+                ..base
+            },
+            Self::Sky => Studio { sky: Sky::even(white, 1.0), bounces: 0, ..base },
         }
     }
 }

@@ -278,7 +278,7 @@ fn a_ball_on_a_clear_ground_casts_the_shadow_of_the_closed_form() {
         let found = f64::from(light[n as usize].w);
         (off, squares, count) = (off + found - expected, squares + (found - expected).powi(2), count + 1.0);
     }
-    let (mean, rms) = (off / count, (squares / f64::from(count)).sqrt());
+    let (mean, rms) = (off / count, (squares / count).sqrt());
     println!("{count} pixels: off by {mean:.5}, rms {rms:.4}");
     assert!(count > 500.0 && mean.abs() < 3e-3 && rms < 0.03, "{mean} {rms}");
 }

@@ -13,11 +13,12 @@ use bregma_field::Progress;
 use bregma_renderer::{Picture, Renderer, Still, point_in_pixel};
 use glam::Vec4;
 use std::path::Path;
+use std::time::Duration;
 
 /// What is done while a picture under studio light is exposed.
 pub struct Watch<'a> {
-    /// The file that is made: what is drawn so far is kept beside it.
-    pub out: Option<&'a Path>,
+    /// The file that is made, beside which what is drawn so far is kept, and how often.
+    pub out: Option<(&'a Path, Duration)>,
     /// Told how far the picture is.
     pub told: &'a mut dyn FnMut(&Told),
     /// Told what came of each.
@@ -79,8 +80,9 @@ fn exposed(
         .exposure
         .unwrap_or_else(|| Exposure { stop: Stop { samples: Some(print.samples), ..Stop::default() }, ..Exposure::default() });
     let opened = &panel.opened;
-    let part = watch.out.map(|out| part_of(out, n));
-    let order = Order { volumes: &opened.volumes, scene: &opened.scene, size, exposure, part: part.as_deref() };
+    let part = watch.out.map(|(out, _)| part_of(out, n));
+    let keep_every = watch.out.map_or(Duration::MAX, |(_, every)| every);
+    let order = Order { volumes: &opened.volumes, scene: &opened.scene, size, exposure, part: part.as_deref(), keep_every };
     let told = |told: Told| {
         (watch.told)(&told);
         progress.advance(0)

@@ -32,7 +32,7 @@ pub fn render(args: &RenderArgs, machine: Machine) -> Result<(), CommandError> {
     let in_studio = panels.iter().any(|panel| panel.opened.scene.studio.is_some());
     let canvas = if in_studio {
         print.exposure = Some(args.studio.exposure(args.samples));
-        draw_studio(&panels, &mut print, renderer.as_mut(), &args.out)?
+        draw_studio(&panels, &mut print, renderer.as_mut(), (&args.out, args.studio.keep_every()))?
     } else {
         with_progress("drawing", |progress| draw(&panels, &print, renderer.as_mut(), progress))?
     };

@@ -8,10 +8,16 @@ use bregma_session::print::{Canvas, Panel, Print, Watch, draw_watched};
 use bregma_session::studio::{Drawn, Told, part_of};
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
+use std::time::Duration;
 
 /// Draws a sheet under studio light. What is drawn so far lies beside `out`: the same command goes on from there. `print` comes to say how the
 /// pictures can be drawn again.
-pub fn draw_studio(panels: &[Panel], print: &mut Print, renderer: &mut dyn Renderer, out: &Path) -> Result<Canvas, CommandError> {
+pub fn draw_studio(
+    panels: &[Panel],
+    print: &mut Print,
+    renderer: &mut dyn Renderer,
+    (out, keep_every): (&Path, Duration),
+) -> Result<Canvas, CommandError> {
     let is_watched = io::stderr().is_terminal();
     let noise = print.exposure.and_then(|exposure| exposure.stop.noise);
     let mut told = |told: &Told| {
@@ -31,7 +37,13 @@ pub fn draw_studio(panels: &[Panel], print: &mut Print, renderer: &mut dyn Rende
         }
         tell("note", &format!("{} samples, noise {:.1} of 255", drawn.samples, drawn.noise));
     };
-    let canvas = draw_watched(panels, print, renderer, &Progress::default(), Watch { out: Some(out), told: &mut told, drawn: &mut drawn })?;
+    let canvas = draw_watched(
+        panels,
+        print,
+        renderer,
+        &Progress::default(),
+        Watch { out: Some((out, keep_every)), told: &mut told, drawn: &mut drawn },
+    )?;
     let smoothed =
         panels.iter().filter_map(|panel| panel.opened.scene.studio.as_ref()).map(|studio| studio.smooth_voxel).fold(0.0, f64::max);
     if smoothed > 0.0 {

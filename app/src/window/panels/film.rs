@@ -4,6 +4,7 @@ use super::super::ask::{Ask, Kind};
 use super::super::bench::Bench;
 use super::super::job::Job;
 use super::super::measured::Work;
+use super::super::words::in_the_window;
 use super::Painting;
 use bregma_renderer::{Color, Projection, Shape};
 use bregma_session::film::{Film, Key, QUALITY, Reel, reel, write};
@@ -68,7 +69,8 @@ impl FilmPanel {
     pub fn poll(&mut self, bench: &mut Bench) -> Result<(), String> {
         let Some(result) = self.job.as_ref().and_then(Job::poll) else { return Ok(()) };
         self.job = None;
-        bench.messages.note(format!("Saved {}", result?.display()));
+        let file = result.map_err(|e| in_the_window(&e))?;
+        bench.messages.note(format!("Saved {}", file.display()));
         Ok(())
     }
 
@@ -119,7 +121,7 @@ impl FilmPanel {
         let millis = bench.view.painted.as_ref().map_or(0.0, |p| p.millis);
         ui.weak(told(&film, self.size_px, self.samples, millis));
         if let Some(flaw) = &flaw {
-            ui.colored_label(ui.visuals().warn_fg_color, flaw.to_string());
+            ui.colored_label(ui.visuals().warn_fg_color, in_the_window(&flaw.to_string()));
         }
         match &self.job {
             Some(job) if job.ui(ui) => self.job = None,

@@ -3,6 +3,7 @@
 use super::super::ask::{Ask, Kind};
 use super::super::bench::Bench;
 use super::super::job::Job;
+use super::super::words::in_the_window;
 use super::Painting;
 use bregma_field::Progress;
 use bregma_renderer::{Color, Projection, Scene};
@@ -68,7 +69,8 @@ impl PicturePanel {
     pub fn poll(&mut self, bench: &mut Bench) -> Result<(), String> {
         let Some(result) = self.job.as_ref().and_then(Job::poll) else { return Ok(()) };
         self.job = None;
-        bench.messages.note(format!("Saved {}", result?.display()));
+        let file = result.map_err(|e| in_the_window(&e))?;
+        bench.messages.note(format!("Saved {}", file.display()));
         Ok(())
     }
 
@@ -101,7 +103,7 @@ impl PicturePanel {
         let flaw = prepare(&mut [panel], &mut print).err();
         ui.weak(told);
         if let Some(flaw) = &flaw {
-            ui.colored_label(ui.visuals().warn_fg_color, flaw.to_string());
+            ui.colored_label(ui.visuals().warn_fg_color, in_the_window(&flaw.to_string()));
         }
         match &self.job {
             Some(job) if job.ui(ui) => self.job = None,

@@ -1,0 +1,367 @@
+//! Studio light against plain path tracing in float64 by the crossings that measurements are taken from, and the command that draws it: stopped, gone on
+//! with, refused.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
+
+use bregma_field::{crossings, interpolant};
+use bregma_renderer::studio::{Exposed, Follows, Ground, Lamp, Preset, Sky, Studio, Tone, Tracer};
+use bregma_renderer::{Bounds, Camera, Clip, Color, Ray, Scene, Shape, Surface};
+use bregma_synthetic::{Random, Which, skull};
+use bregma_volume::{Progress, ReadSamples, Samples, Volume, WorldPoint};
+use glam::DVec3;
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::Arc;
+use std::time::Duration;
+
+const ALBEDO: f32 = 0.7;
+
+/// A lamp that lights half of the bone sharply, and a sky.
+fn studio() -> Studio {
+    let lamp = Lamp {
+        azimuth_deg: 40.0,
+        elevation_deg: 35.0,
+        follows: Follows::Skull,
+        distance: 2.5,
+        size_deg: 24.0,
+        color: Color([1.0; 3]),
+        strength: 0.5,
+    };
+    Studio {
+        lamps: vec![lamp],
+        sky: Sky { above: Color([1.0; 3]), below: Color([0.2; 3]), strength: 0.3 },
+        ground: Ground::None,
+        gloss: 0.0,
+        exposure_ev: 0.0,
+        tone: Tone::Linear,
+        smooth_voxel: 0.0,
+        bounces: 1000,
+    }
+}
+
+fn lit_skull(size: usize) -> ([Arc<Volume>; 1], Scene) {
+    let volumes = [Arc::new(skull(Which::A, size, &Progress::default()).unwrap())];
+    let mut scene = Scene::of(&volumes);
+    scene.layers[0].iso = 226.0;
+    scene.layers[0].color = Color::of_light(glam::Vec3::splat(ALBEDO));
+    scene.background = None;
+    scene.camera = Camera::orbit_with_fov(&Bounds::of(volumes.iter().map(|v| v.grid())), -35.0, 10.0, 18.0);
+    scene.clips = vec![Clip::all(Shape::Plane { normal: DVec3::new(-0.6, 0.0, 0.8), offset_mm: 55.0 })];
+    scene.studio = Some(studio());
+    (volumes, scene)
+}
+
+/// The reference: nothing of it is the renderer's but the camera.
+struct Plainly<'a> {
+    scene: &'a Scene,
+    surface: Surface,
+    lamp_mm: DVec3,
+    toward_bone: DVec3,
+    lamp_radius_mm: f64,
+    radiance: f64,
+    size: [u32; 2],
+}
+
+impl<'a> Plainly<'a> {
+    fn of(volume: &Arc<Volume>, scene: &'a Scene, size: [u32; 2]) -> Self {
+        let (_, surface) = scene.surfaces(std::slice::from_ref(volume)).unwrap().remove(0);
+        let studio = scene.studio.as_ref().unwrap();
+        // The bone's bounds: the box of all cells with a corner inside.
+        let Samples::I16(samples) = volume.samples() else { panic!("the phantom has samples of 16 bits") };
+        let dims = volume.grid().dims();
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for (n, _) in samples.iter().enumerate().filter(|(_, v)| f64::from(**v) >= surface.level) {
+            let at = DVec3::new((n % dims[0]) as f64, (n / dims[0] % dims[1]) as f64, (n / (dims[0] * dims[1])) as f64);
+            let last = DVec3::from_array(dims.map(|n| (n - 1) as f64));
+            (low, high) = (low.min((at - 1.0).max(DVec3::ZERO)), high.max((at + 1.0).min(last)));
+        }
+        let [low, high] = [low, high].map(|p| surface.grid.world(bregma_field::IndexPoint(p)).0);
+        let (middle, radius) = ((low + high) / 2.0, (high - low).length() / 2.0);
+        let lamp = &studio.lamps[0];
+        let (azimuth, elevation) = (lamp.azimuth_deg.to_radians(), lamp.elevation_deg.to_radians());
+        let toward = DVec3::new(elevation.cos() * azimuth.sin(), -elevation.cos() * azimuth.cos(), elevation.sin());
+        let distance = lamp.distance * radius;
+        let lamp_radius_mm = distance * (lamp.size_deg / 2.0).to_radians().tan();
+        let radiance = f64::from(lamp.strength) * (lamp_radius_mm.powi(2) + distance.powi(2)) / lamp_radius_mm.powi(2);
+        Self { scene, surface, lamp_mm: middle + distance * toward, toward_bone: -toward, lamp_radius_mm, radiance, size }
+    }
+
+    fn sky(&self, direction: DVec3) -> f64 {
+        let sky = &self.scene.studio.as_ref().unwrap().sky;
+        let [above, below] = [sky.above, sky.below].map(|color| f64::from(color.linear().x * sky.strength));
+        (above + below) / 2.0 + direction.z * (above - below) / 2.0
+    }
+
+    /// One sample of a pixel: light, and whether there is bone.
+    fn sample(&self, [x, y]: [u32; 2], r: &mut Random) -> (f64, bool) {
+        let tent = |r: &mut Random| r.unit() + r.unit() - 1.0;
+        let (dx, dy) = (tent(r), tent(r));
+        let mut ray = self.scene.camera.ray(f64::from(x) + dx, f64::from(y) + dy, self.size[0], self.size[1]);
+        let (mut light, mut throughput) = (0.0, 1.0);
+        for depth in 0.. {
+            let Some(hit) = crossings::first_entry(&self.surface, &ray) else {
+                return if depth == 0 { (0.0, false) } else { (light + throughput * self.sky(ray.direction), true) };
+            };
+            let at = crossings::world(&self.surface, &hit).0;
+            let normal = hit.normal;
+            let smooth = if hit.clipped { None } else { interpolant::smooth_normal(&self.surface, hit.point) };
+            let shading = smooth.map_or(normal, |n| if n.dot(ray.direction) > 0.0 { -n } else { n });
+            // A thousandth of a voxel, as far as the picture's rays start; the reference itself is good to 1e-9.
+            let start = at + 1e-3 * self.surface.grid.spacing_mm().min_element() * normal;
+            throughput *= f64::from(ALBEDO);
+            light += throughput * self.lamp(start, normal, shading, r);
+            // About the shading normal, by the cosine.
+            let (turn, z) = (TAU * r.unit(), r.unit().sqrt());
+            let (u, v) = shading.any_orthonormal_pair();
+            let direction = (1.0 - z * z).sqrt() * (turn.cos() * u + turn.sin() * v) + z * shading;
+            if direction.dot(normal) <= 0.0 {
+                return (light, true);
+            }
+            // Every path ends at some time.
+            if depth >= 4 {
+                if r.unit() >= 0.6 {
+                    return (light, true);
+                }
+                throughput /= 0.6;
+            }
+            ray = Ray::new(WorldPoint(start), direction).unwrap();
+        }
+        unreachable!()
+    }
+
+    /// What comes from an even point of the lamp, over π.
+    fn lamp(&self, start: DVec3, normal: DVec3, shading: DVec3, r: &mut Random) -> f64 {
+        let (turn, away) = (TAU * r.unit(), self.lamp_radius_mm * r.unit().sqrt());
+        let (u, v) = self.toward_bone.any_orthonormal_pair();
+        let way = self.lamp_mm + away * (turn.cos() * u + turn.sin() * v) - start;
+        let (far, toward) = (way.length(), way.normalize());
+        let (cosine, of_lamp) = (toward.dot(shading), -toward.dot(self.toward_bone));
+        if toward.dot(normal) <= 0.0 || cosine <= 0.0 || of_lamp <= 0.0 {
+            return 0.0;
+        }
+        let ray = Ray::new(WorldPoint(start), toward).unwrap();
+        if crossings::first_entry(&self.surface, &ray).is_some_and(|hit| hit.t_mm < far) {
+            return 0.0;
+        }
+        self.radiance * cosine * of_lamp * self.lamp_radius_mm.powi(2) / (far * far)
+    }
+}
+
+/// Each block's mean and the variance of that.
+type Blocks = Vec<[f64; 2]>;
+
+fn plainly(volume: &Arc<Volume>, scene: &Scene, size: [u32; 2], samples: u32) -> Blocks {
+    let plainly = Plainly::of(volume, scene, size);
+    let across = size[0] / 8;
+    let block = |n: u32| {
+        let (mut sum, mut variance) = (0.0, 0.0);
+        for pixel in 0..64 {
+            let at = [n % across * 8 + pixel % 8, n / across * 8 + pixel / 8];
+            let mut r = Random(u64::from(at[1] * size[0] + at[0]) * 7919 + 13);
+            // The first numbers of neighbouring seeds are alike.
+            r.unit();
+            let values: Vec<f64> = (0..samples).map(|_| plainly.sample(at, &mut r).0).collect();
+            let mean = values.iter().sum::<f64>() / f64::from(samples);
+            sum += mean;
+            variance += values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / f64::from(samples * (samples - 1));
+        }
+        [sum / 64.0, variance / 4096.0]
+    };
+    (0..across * (size[1] / 8)).into_par_iter().map(block).collect()
+}
+
+fn traced(volumes: &[Arc<Volume>], scene: &Scene, size: [u32; 2], samples: u32, seeds: u32) -> Blocks {
+    let across = (size[0] / 8) as usize;
+    let pictures: Vec<Vec<f64>> = (0..seeds)
+        .map(|seed| {
+            let tracer = Tracer::new(volumes, scene, size, seed).unwrap();
+            let mut exposed = Exposed::new(size);
+            tracer.expose(&mut exposed, samples, None);
+            let light = tracer.light(&exposed, false);
+            let mut sums = vec![0.0; across * (size[1] / 8) as usize];
+            for (n, color) in light.iter().enumerate() {
+                assert!(color.max_element() <= 1.0);
+                let (x, y) = (n % size[0] as usize, n / size[0] as usize);
+                sums[y / 8 * across + x / 8] += f64::from(color.x) / 64.0;
+            }
+            sums
+        })
+        .collect();
+    let count = f64::from(seeds);
+    (0..pictures[0].len())
+        .map(|n| {
+            let mean = pictures.iter().map(|p| p[n]).sum::<f64>() / count;
+            let variance = pictures.iter().map(|p| (p[n] - mean).powi(2)).sum::<f64>() / (count - 1.0);
+            [mean, variance / count]
+        })
+        .collect()
+}
+
+/// Compares the light of blocks with the reference's: the mean of all in its standard errors, and the root mean square of all blocks in theirs.
+fn compared(size: [u32; 2], plain_samples: u32, samples: u32, seeds: u32) -> [f64; 2] {
+    let (volumes, scene) = lit_skull(40);
+    let reference = plainly(&volumes[0], &scene, size, plain_samples);
+    let found = traced(&volumes, &scene, size, samples, seeds);
+    let (mut off, mut variance, mut squares, mut count) = (0.0, 0.0, 0.0, 0.0);
+    let mut means = [0.0; 2];
+    for ([a, of_a], [b, of_b]) in reference.iter().zip(&found).filter(|([a, _], _)| *a > 0.01) {
+        (off, variance, count) = (off + b - a, variance + of_a + of_b, count + 1.0);
+        squares += (b - a).powi(2) / (of_a + of_b);
+        means = [means[0] + a, means[1] + b];
+    }
+    let (z, rms) = (off / variance.sqrt(), (squares / count).sqrt());
+    println!("{count} blocks: means {:.5} and {:.5}, z {z:.2}, rms of z {rms:.3}", means[0] / count, means[1] / count);
+    [z, rms]
+}
+
+#[test]
+fn blocks_are_as_bright_as_plain_path_tracing_in_float64_says() {
+    // Fails if light is lost or won anywhere between lamp, sky, bone, cut and eye: a wrong density or cosine is many standard errors.
+    let [z, rms] = compared([48, 48], 24, 32, 8);
+    assert!(z.abs() < 3.5 && (0.6..1.5).contains(&rms), "{z} {rms}");
+}
+
+#[test]
+#[ignore = "a minute: cargo test --release -p bregma-tests --test studio -- --ignored"]
+fn blocks_are_as_bright_in_the_long_run() {
+    // The same ten times as sharply: z-scores are those of a normal distribution.
+    let [z, rms] = compared([96, 96], 600, 256, 16);
+    assert!(z.abs() < 3.5 && (0.85..1.2).contains(&rms), "{z} {rms}");
+}
+
+#[test]
+fn blocks_at_rest_get_no_more_samples() {
+    // Fails if blocks that are good enough are drawn on, or others are not; or the noise that is told is not below what was asked for.
+    let (volumes, scene) = lit_skull(40);
+    let size = [64, 64];
+    let tracer = Tracer::new(&volumes, &scene, size, 1).unwrap();
+    let mut exposed = Exposed::new(size);
+    let noise = 1.5;
+    for until in [16, 32, 64, 128, 256, 512, 1024] {
+        tracer.expose(&mut exposed, until, Some(noise));
+    }
+    assert!(exposed.noise_of_blocks().iter().all(|told| *told <= noise), "{:?}", exposed.noise_of_blocks());
+    let share = exposed.count() as f64 / (64.0 * 64.0 * f64::from(exposed.samples()));
+    println!("{} samples, {share:.2} of them drawn, noise {:.2}", exposed.samples(), exposed.noise());
+    assert!(exposed.noise() < f64::from(noise) && share < 0.8);
+}
+
+#[test]
+fn what_is_denoised_is_nearer_to_the_truth() {
+    // Fails if the filter blurs over edges, or darkens: then it would be farther off than the noise that it takes away.
+    let (volumes, mut scene) = lit_skull(64);
+    scene.studio = Some(Preset::Journal.studio());
+    let size = [96, 96];
+    let tracer = Tracer::new(&volumes, &scene, size, 1).unwrap();
+    let light = |samples, denoise| {
+        let mut exposed = Exposed::new(size);
+        tracer.expose(&mut exposed, samples, None);
+        tracer.light(&exposed, denoise)
+    };
+    let truth = light(1024, false);
+    let off = |light: &[glam::Vec4]| {
+        // Edges are left as they are.
+        let within = light.iter().zip(&truth).filter(|(_, truth)| truth.w == 1.0);
+        let squares: Vec<f64> = within.map(|(a, b)| f64::from((*a - *b).truncate().length_squared())).collect();
+        (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
+    };
+    let (raw, denoised) = (off(&light(8, false)), off(&light(8, true)));
+    println!("rms off the truth: {raw:.4} raw, {denoised:.4} denoised");
+    assert!(denoised < 0.85 * raw, "{denoised} of {raw}");
+}
+
+fn folder(name: &str) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("bregma-studio-{}-{name}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+fn bregma(folder: &Path, line: &str) -> Child {
+    // Tests lie in target/PROFILE/deps, the program two levels up.
+    let program = std::env::current_exe().unwrap().parent().unwrap().parent().unwrap().join("bregma");
+    assert!(program.exists(), "{} is not built: run tests/run, or cargo build --release", program.display());
+    let words = line.split(' ').filter(|word| !word.is_empty());
+    Command::new(program)
+        .args(words)
+        .current_dir(folder)
+        .env("XDG_RUNTIME_DIR", folder)
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap()
+}
+
+fn told(child: Child) -> (bool, String) {
+    let out = child.wait_with_output().unwrap();
+    (out.status.success(), String::from_utf8(out.stderr).unwrap())
+}
+
+#[test]
+fn killed_at_any_moment_the_same_command_goes_on_to_the_same_bytes() {
+    // Fails if a kept state is torn, of another picture, leaves something out, or is not used.
+    let folder = folder("killed");
+    assert!(told(bregma(&folder, "demo --out . --size 48")).0);
+    let line = |out: &str, seed: u32| {
+        format!("render a.nrrd --iso 226 --orbit=-35,10 --size 64x64 --studio journal --samples 1024 --keep 0.02 --seed {seed} --out {out}")
+    };
+    let (is_whole, text) = told(bregma(&folder, &line("whole.png", 3)));
+    assert!(is_whole && !text.contains("went on"), "{text}");
+    assert!(!folder.join("whole.png.part").exists());
+    let mut r = Random(5);
+    let (mut kills, mut resumed) = (0, 0);
+    for _ in 0..4 {
+        let mut child = bregma(&folder, &line("killed.png", 3));
+        std::thread::sleep(Duration::from_millis(150 + (350.0 * r.unit()) as u64));
+        // On Unix that is signal 9.
+        kills += u32::from(child.kill().is_ok() && child.try_wait().unwrap().is_none_or(|status| !status.success()));
+        let (is_done, text) = told(child);
+        if is_done {
+            assert_eq!(std::fs::read(folder.join("killed.png")).unwrap(), std::fs::read(folder.join("whole.png")).unwrap());
+        }
+        resumed += u32::from(text.contains("went on"));
+    }
+    // Of another seed it is another picture's, and nothing is gone on with.
+    if folder.join("killed.png.part").exists() {
+        std::fs::copy(folder.join("killed.png.part"), folder.join("other.png.part")).unwrap();
+        let (is_done, text) = told(bregma(&folder, &line("other.png", 4)));
+        assert!(is_done && !text.contains("went on"), "{text}");
+        assert_ne!(std::fs::read(folder.join("other.png")).unwrap(), std::fs::read(folder.join("whole.png")).unwrap());
+    }
+    let (is_done, text) = told(bregma(&folder, &line("killed.png", 3)));
+    resumed += u32::from(text.contains("went on"));
+    println!("{kills} kills, {resumed} times gone on: {text}");
+    assert!(is_done && kills > 0 && resumed > 0, "{kills} kills, {resumed} times gone on: {text}");
+    assert_eq!(std::fs::read(folder.join("killed.png")).unwrap(), std::fs::read(folder.join("whole.png")).unwrap());
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn what_has_no_studio_light_says_so() {
+    // Fails if a mode without surfaces is lit in silence, a name that is none is taken, or a broken file panics.
+    let folder = folder("refused");
+    assert!(told(bregma(&folder, "demo --out . --size 24")).0);
+    std::fs::write(folder.join("broken.json"), "{\"lamps\": 3}").unwrap();
+    let bright = serde_json::to_string(&Studio { gloss: 2.0, ..studio() }).unwrap();
+    std::fs::write(folder.join("glossy.json"), bright).unwrap();
+    let good = serde_json::to_string(&studio()).unwrap();
+    std::fs::write(folder.join("good.json"), &good).unwrap();
+    assert_eq!(serde_json::from_str::<Studio>(&good).unwrap(), studio());
+    for (options, part) in [
+        ("--studio museum --mode dvr", "opaque surfaces"),
+        ("--studio museum --mode slice", "opaque surfaces"),
+        ("--studio museum --reconstruction spline", "opaque surfaces"),
+        ("--studio moonlight", "journal, museum, relief, sky"),
+        ("--studio broken.json", "broken.json"),
+        ("--studio glossy.json", "gloss"),
+    ] {
+        let (is_done, text) = told(bregma(&folder, &format!("render a.nrrd {options} --size 16x16 --samples 4 --out no.png")));
+        let errors: Vec<&str> = text.lines().filter(|line| line.starts_with("error: ")).collect();
+        assert!(!is_done && errors.len() == 1 && errors[0].contains(part) && !text.contains("panicked"), "{options}: {text}");
+    }
+    let lit = "render a.nrrd b.nrrd --mode overlay --studio good.json --lamp -30,40,0.3 --size 16x16 --samples 4 --denoise --out yes.png";
+    let (is_done, text) = told(bregma(&folder, lit));
+    assert!(is_done && text.contains("4 samples, noise"), "{text}");
+    std::fs::remove_dir_all(folder).unwrap();
+}
