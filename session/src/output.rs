@@ -30,18 +30,27 @@ pub fn make_folder(folder: &Path) -> Result<(), FolderError> {
 
 /// Writes `bytes` to `file`.
 pub fn write_whole(file: &Path, bytes: &[u8]) -> Result<(), OutputError> {
-    let written = replace_file(file, |beside| std::fs::write(beside, bytes));
-    written.map_err(|reason| OutputError { file: file.to_owned(), reason })
+    write_by(file, |beside| std::fs::write(beside, bytes))
+}
+
+/// Lets `write` make a file beside `file`, and puts it there when it is whole.
+pub fn write_by(file: &Path, write: impl FnOnce(&Path) -> io::Result<()>) -> Result<(), OutputError> {
+    replace_file(file, write).map_err(|reason| OutputError { file: file.to_owned(), reason })
 }
 
 /// Writes a picture as PNG, sRGB with alpha.
 pub fn write_png(file: &Path, picture: &Picture) -> Result<(), OutputError> {
-    write_pixels(file, picture.width, picture.height, png::ColorType::Rgba, picture.rgba.as_flattened())
+    write_described(file, picture, None)
+}
+
+/// The same with a description in it, of what a reader of the picture must know.
+pub fn write_described(file: &Path, picture: &Picture, description: Option<&str>) -> Result<(), OutputError> {
+    write_pixels(file, [picture.width, picture.height], png::ColorType::Rgba, picture.rgba.as_flattened(), description)
 }
 
 /// Writes a figure as PNG, sRGB without alpha: 3 bytes a pixel.
 pub fn write_figure(file: &Path, (rgb, width, height): (Vec<u8>, u32, u32)) -> Result<(), OutputError> {
-    write_pixels(file, width, height, png::ColorType::Rgb, &rgb)
+    write_pixels(file, [width, height], png::ColorType::Rgb, &rgb, None)
 }
 
 /// A figure that [`write_figure`] wrote.
@@ -55,23 +64,32 @@ pub fn read_figure(file: &Path) -> Result<(Vec<u8>, u32, u32), png::DecodingErro
 
 /// A figure as the bytes of a PNG.
 pub fn figure_png((rgb, width, height): &(Vec<u8>, u32, u32)) -> Result<Vec<u8>, png::EncodingError> {
-    encoded(*width, *height, png::ColorType::Rgb, rgb)
+    encoded([*width, *height], png::ColorType::Rgb, rgb, None)
 }
 
-fn encoded(width: u32, height: u32, color: png::ColorType, pixels: &[u8]) -> Result<Vec<u8>, png::EncodingError> {
+fn encoded(
+    [width, height]: [u32; 2],
+    color: png::ColorType,
+    pixels: &[u8],
+    description: Option<&str>,
+) -> Result<Vec<u8>, png::EncodingError> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(color);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    if let Some(description) = description {
+        encoder.add_itxt_chunk("Description".to_owned(), description.to_owned())?;
+    }
     let mut writer = encoder.write_header()?;
     writer.write_image_data(pixels)?;
     writer.finish()?;
     Ok(bytes)
 }
 
-fn write_pixels(file: &Path, width: u32, height: u32, color: png::ColorType, pixels: &[u8]) -> Result<(), OutputError> {
-    let bytes = encoded(width, height, color, pixels).map_err(|e| OutputError { file: file.to_owned(), reason: io::Error::other(e) })?;
+fn write_pixels(file: &Path, size: [u32; 2], color: png::ColorType, pixels: &[u8], description: Option<&str>) -> Result<(), OutputError> {
+    let bytes =
+        encoded(size, color, pixels, description).map_err(|e| OutputError { file: file.to_owned(), reason: io::Error::other(e) })?;
     write_whole(file, &bytes)
 }
 

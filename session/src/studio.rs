@@ -1,10 +1,12 @@
 //! Pictures under studio light: drawn until they are good enough, kept on the way, and gone on with where they were left.
 
-use crate::output::{OutputError, write_whole};
+use crate::output::{OutputError, write_by};
 use bregma_field::Volume;
 use bregma_renderer::studio::{Exposed, LEAST_SAMPLES, Preset, Studio, StudioError, Tracer};
 use bregma_renderer::{CpuRenderer, Named, Picture, RenderError, Renderer, Scene};
 use std::ffi::OsString;
+use std::fs::File;
+use std::io::{BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -114,6 +116,27 @@ pub struct Drawn {
     pub noise: f64,
     /// Samples that another run had kept.
     pub resumed: u32,
+    /// What a reader of the picture must know.
+    pub description: String,
+}
+
+/// How a picture was made, in one sentence.
+fn description(order: &Order<'_>, denoise: bool, samples: u32, noise: f64) -> String {
+    let smoothed = order.scene.studio.as_ref().map_or(0.0, |studio| studio.smooth_voxel);
+    let of = if smoothed > 0.0 {
+        format!("samples smoothed by {smoothed} voxel, not the measured surface")
+    } else {
+        "the measured surface".into()
+    };
+    let denoised = if denoise { ", then denoised" } else { "" };
+    format!("studio light on {of}: {}{denoised}", so_far(samples, noise))
+}
+
+/// How far a picture is, for people.
+pub fn so_far(samples: u32, noise: f64) -> String {
+    // One sample does not tell its noise.
+    let noise = if noise.is_finite() { format!("{noise:.1} of 255") } else { "not known".into() };
+    format!("{samples} samples, noise {noise}")
 }
 
 /// Where what is drawn so far is kept beside a picture.
@@ -136,7 +159,8 @@ pub fn draw(order: &Order<'_>, denoise: bool, told: impl FnMut(Told)) -> Result<
     let [width, height] = order.size;
     let middles = CpuRenderer::default().render(order.volumes, order.scene, width, height)?;
     let (samples, noise) = (exposed.samples(), exposed.noise());
-    Ok(Drawn { picture: tracer.picture(&exposed, denoise, middles), samples, noise, resumed })
+    let description = description(order, denoise, samples, noise);
+    Ok(Drawn { picture: tracer.picture(&exposed, denoise, middles), samples, noise, resumed, description })
 }
 
 /// Adds samples round by round: all that a file keeps is between two of them, so that it does not matter how often it was gone on with.
@@ -155,7 +179,7 @@ fn expose(
         let seconds = begun.elapsed().as_secs_f64() / (exposed.count() - before).max(1) as f64;
         told(Told { samples: exposed.samples(), noise: exposed.noise(), left: left(&exposed, &order.stop, seconds) });
         if kept.elapsed() >= order.keep_every {
-            write_whole(order.part, &[header, &exposed.to_bytes()].concat())?;
+            keep(order.part, header, &exposed)?;
             kept = Instant::now();
         }
     }
@@ -194,8 +218,20 @@ fn header(order: &Order<'_>) -> Vec<u8> {
     [MAGIC, &(text.len() as u64).to_le_bytes(), text.as_bytes()].concat()
 }
 
+/// Keeps what is drawn so far: whole, or what was kept before.
+fn keep(part: &Path, header: &[u8], exposed: &Exposed) -> Result<(), OutputError> {
+    write_by(part, |beside| {
+        let mut file = BufWriter::new(File::create(beside)?);
+        file.write_all(header)?;
+        exposed.write(&mut file)?;
+        file.into_inner()?.sync_all()
+    })
+}
+
 /// What another run kept of the same picture.
 fn resumed(order: &Order<'_>, header: &[u8]) -> Option<Exposed> {
-    let bytes = std::fs::read(order.part).ok()?;
-    Exposed::from_bytes(order.size, bytes.strip_prefix(header)?).ok()
+    let mut file = BufReader::new(File::open(order.part).ok()?);
+    let mut found = vec![0; header.len()];
+    file.read_exact(&mut found).ok().filter(|()| found == header)?;
+    Exposed::read(order.size, &mut file).ok()
 }

@@ -8,7 +8,7 @@ use crate::cli::opening::{open, require_spacing};
 use crate::cli::parsers::Plane;
 use crate::cli::terminal::warn;
 use bregma_renderer::{Camera, FOV_DEG, Projection, view_of_plane};
-use bregma_session::output::{write_depth, write_png, write_values, write_volume_id};
+use bregma_session::output::{write_depth, write_described, write_values, write_volume_id};
 use bregma_session::studio::part_of;
 use bregma_session::{Compare, Machine, Opened};
 use std::path::{Path, PathBuf};
@@ -45,11 +45,13 @@ pub fn render(args: &RenderArgs, machine: Machine) -> Result<(), CommandError> {
     if args.compare.is_some_and(|compare| compare != Compare::Off) && pair.is_none() {
         return Err(CommandError::Usage(format!("--compare is of two scans; {visible} is visible: name another one")));
     }
-    let picture = if opened.scene.studio.is_some() {
-        draw_studio(args, &opened)?
+    let (picture, description) = if opened.scene.studio.is_some() {
+        let (picture, description) = draw_studio(args, &opened)?;
+        (picture, Some(description))
     } else {
         let samples = args.samples.unwrap_or(1);
-        compare.draw(machine.renderer()?.as_mut(), &opened.volumes, &opened.scene, pair, [width, height], samples)?
+        let picture = compare.draw(machine.renderer()?.as_mut(), &opened.volumes, &opened.scene, pair, [width, height], samples)?;
+        (picture, None)
     };
     let nothing = picture.rgba.iter().all(|c| *c == picture.rgba[0]);
     if nothing && picture.volume_id.iter().all(|&id| id == 0) {
@@ -64,8 +66,8 @@ pub fn render(args: &RenderArgs, machine: Machine) -> Result<(), CommandError> {
     if let Some(file) = &args.values {
         write_values(file, &picture)?;
     }
-    write_png(&args.out, &picture)?;
-    if opened.scene.studio.is_some() {
+    write_described(&args.out, &picture, description.as_deref())?;
+    if description.is_some() {
         // Nothing needs it any more; where it cannot be removed, the same command goes on from it.
         drop(std::fs::remove_file(part_of(&args.out)));
     }

@@ -5,12 +5,12 @@ use crate::cli::error::CommandError;
 use crate::cli::terminal::tell;
 use bregma_renderer::Picture;
 use bregma_session::Opened;
-use bregma_session::studio::{Order, Told, draw, part_of};
+use bregma_session::studio::{Order, Told, draw, part_of, so_far};
 use std::io::{self, IsTerminal, Write};
 use std::time::Duration;
 
-/// Draws the picture of a scene that has a studio. What is drawn so far lies beside it until it is written: the same command goes on from there.
-pub fn draw_studio(args: &RenderArgs, opened: &Opened) -> Result<Picture, CommandError> {
+/// Draws the picture of a scene that has a studio, and says how it was made. What is drawn so far lies beside it until it is written: the same command goes on from there.
+pub fn draw_studio(args: &RenderArgs, opened: &Opened) -> Result<(Picture, String), CommandError> {
     let stop = args.studio.stop(args.samples);
     let (part, size) = (part_of(&args.out), args.size.into());
     let keep_every = Duration::try_from_secs_f64(args.studio.keep).unwrap_or(Duration::MAX);
@@ -28,17 +28,13 @@ pub fn draw_studio(args: &RenderArgs, opened: &Opened) -> Result<Picture, Comman
     if drawn.resumed > 0 {
         tell("note", &format!("went on from {} samples that {} had kept", drawn.resumed, part.display()));
     }
-    let smoothed = opened.scene.studio.as_ref().map_or(0.0, |studio| studio.smooth_voxel);
-    if smoothed > 0.0 {
-        tell("note", &format!("the picture is of samples smoothed by {smoothed} voxel, and not of the measured surface"));
-    }
-    tell("note", &format!("{} samples, noise {:.1} of 255", drawn.samples, drawn.noise));
-    Ok(drawn.picture)
+    tell("note", &drawn.description);
+    Ok((drawn.picture, drawn.description))
 }
 
 /// How far it is, for people.
 fn line(told: &Told, noise: Option<f64>) -> String {
     let left = told.left.map_or(String::new(), |left| format!(", about {} s", left.as_secs_f64().ceil()));
     let to = noise.filter(|_| !left.is_empty()).map_or(String::new(), |noise| format!(" to {noise:.1}"));
-    format!("{} samples, noise {:.1} of 255{left}{to}", told.samples, told.noise)
+    format!("{}{left}{to}", so_far(told.samples, told.noise))
 }
