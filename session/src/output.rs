@@ -30,8 +30,12 @@ pub fn make_folder(folder: &Path) -> Result<(), FolderError> {
 
 /// Writes `bytes` to `file`.
 pub fn write_whole(file: &Path, bytes: &[u8]) -> Result<(), OutputError> {
-    let written = replace_file(file, |beside| std::fs::write(beside, bytes));
-    written.map_err(|reason| OutputError { file: file.to_owned(), reason })
+    write_by(file, |beside| std::fs::write(beside, bytes))
+}
+
+/// Lets `write` make a file beside `file`, and puts it there when it is whole.
+pub fn write_by(file: &Path, write: impl FnOnce(&Path) -> io::Result<()>) -> Result<(), OutputError> {
+    replace_file(file, write).map_err(|reason| OutputError { file: file.to_owned(), reason })
 }
 
 /// A figure that was written as PNG: RGB, 8 bits.

@@ -1,11 +1,13 @@
 //! Pictures under studio light: drawn until they are good enough, kept on the way, and gone on with where they were left.
 
-use crate::output::{OutputError, write_whole};
+use crate::output::{OutputError, write_by};
 use bregma_field::{Cancelled, Volume};
 use bregma_renderer::studio::{Exposed, LEAST_SAMPLES, Preset, Studio, StudioError, Tracer};
 use bregma_renderer::{CpuRenderer, Named, Picture, RenderError, Renderer, Scene};
 use serde::{Deserialize, Serialize};
 use std::ffi::OsString;
+use std::fs::File;
+use std::io::{BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -145,6 +147,26 @@ pub struct Drawn {
     pub noise: f64,
     /// Samples that another run had kept.
     pub resumed: u32,
+    /// What a reader of the picture must know, in a sentence.
+    pub description: String,
+}
+
+fn description(order: &Order<'_>, samples: u32, noise: f64) -> String {
+    let smoothed = order.scene.studio.as_ref().map_or(0.0, |studio| studio.smooth_voxel);
+    let of = if smoothed > 0.0 {
+        format!("samples smoothed by {smoothed} voxel, not the measured surface")
+    } else {
+        "the measured surface".into()
+    };
+    let denoised = if order.exposure.denoise { ", then denoised" } else { "" };
+    format!("studio light on {of}: {}{denoised}", so_far(samples, noise))
+}
+
+/// How far a picture is, for people.
+pub fn so_far(samples: u32, noise: f64) -> String {
+    // One sample does not tell its noise.
+    let noise = if noise.is_finite() { format!("{noise:.1} of 255") } else { "not known".into() };
+    format!("{samples} samples, noise {noise}")
 }
 
 /// Where what is drawn so far of picture number `n` of a file is kept beside it.
@@ -167,7 +189,8 @@ pub fn draw(order: &Order<'_>, told: impl FnMut(Told) -> Result<(), Cancelled>) 
     let [width, height] = order.size;
     let middles = CpuRenderer::default().render(order.volumes, order.scene, width, height)?;
     let (samples, noise) = (exposed.samples(), exposed.noise());
-    Ok(Drawn { picture: tracer.picture(&exposed, order.exposure.denoise, middles), samples, noise, resumed })
+    let description = description(order, samples, noise);
+    Ok(Drawn { picture: tracer.picture(&exposed, order.exposure.denoise, middles), samples, noise, resumed, description })
 }
 
 /// Adds samples round by round: all that a file keeps is between two of them, so that it does not matter how often it was gone on with.
@@ -186,7 +209,7 @@ fn expose(
         let seconds = begun.elapsed().as_secs_f64() / (exposed.count() - before).max(1) as f64;
         told(Told { samples: exposed.samples(), noise: exposed.noise(), left: left(&exposed, &order.exposure.stop, seconds) })?;
         if let Some(part) = order.part.filter(|_| kept.elapsed() >= order.keep_every) {
-            write_whole(part, &[header, &exposed.to_bytes()].concat())?;
+            keep(part, header, &exposed)?;
             kept = Instant::now();
         }
     }
@@ -225,8 +248,20 @@ fn header(order: &Order<'_>) -> Vec<u8> {
     [MAGIC, &(text.len() as u64).to_le_bytes(), text.as_bytes()].concat()
 }
 
+/// Keeps what is drawn so far: whole, or what was kept before.
+fn keep(part: &Path, header: &[u8], exposed: &Exposed) -> Result<(), OutputError> {
+    write_by(part, |beside| {
+        let mut file = BufWriter::new(File::create(beside)?);
+        file.write_all(header)?;
+        exposed.write(&mut file)?;
+        file.into_inner()?.sync_all()
+    })
+}
+
 /// What another run kept of the same picture.
 fn resumed(order: &Order<'_>, header: &[u8]) -> Option<Exposed> {
-    let bytes = std::fs::read(order.part?).ok()?;
-    Exposed::from_bytes(order.size, bytes.strip_prefix(header)?).ok()
+    let mut file = BufReader::new(File::open(order.part?).ok()?);
+    let mut found = vec![0; header.len()];
+    file.read_exact(&mut found).ok().filter(|()| found == header)?;
+    Exposed::read(order.size, &mut file).ok()
 }

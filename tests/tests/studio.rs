@@ -362,6 +362,9 @@ fn what_has_no_studio_light_says_so() {
     }
     let lit = "render a.nrrd b.nrrd --mode overlay --studio good.json --lamp -30,40,0.3 --size 16x16 --samples 4 --denoise --out yes.png";
     let (is_done, text) = told(bregma(&folder, lit));
-    assert!(is_done && text.contains("4 samples, noise"), "{text}");
+    assert!(is_done && text.contains("studio light on the measured surface: 4 samples, noise"), "{text}");
+    // The file says that it was denoised.
+    let record = bregma_session::print::record::of(&folder.join("yes.png")).unwrap();
+    assert!(record.contains("\"denoise\":true") && record.contains("\"lamps\":[{"), "the file does not say how it was made: {record}");
     std::fs::remove_dir_all(folder).unwrap();
 }

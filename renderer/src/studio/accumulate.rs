@@ -5,6 +5,7 @@ use super::path::PIXELS;
 use super::tone::Toned;
 use crate::skip::BLOCK;
 use glam::Vec3;
+use std::io::{self, Read, Write};
 
 /// Of one block of pixels.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,7 +53,7 @@ pub struct Exposed {
     pub(super) noise: Vec<f32>,
 }
 
-/// Bytes that do not hold what was kept.
+/// A file that does not hold what was kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("it does not hold the samples of a picture of this size")]
 pub struct NotExposed;
@@ -122,31 +123,38 @@ impl Exposed {
         (&self.blocks[(y / BLOCK * across + x / BLOCK) as usize], (y % BLOCK * BLOCK + x % BLOCK) as usize)
     }
 
-    /// All of it as bytes, for a file; [`Exposed::from_bytes`] reads them.
-    pub fn to_bytes(&self) -> Vec<u8> {
-        let numbers = |block: &BlockSums| {
-            let floats = block.halves.as_flattened().as_flattened().iter().chain(block.guides.as_flattened()).flat_map(|v| v.to_le_bytes());
-            block.samples.to_le_bytes().into_iter().chain(floats).collect::<Vec<u8>>()
-        };
-        let noise = self.noise.iter().flat_map(|v| v.to_le_bytes());
-        self.size.iter().flat_map(|n| n.to_le_bytes()).chain(noise).chain(self.blocks.iter().flat_map(numbers)).collect()
+    /// Writes all of it; [`Exposed::read`] reads that.
+    pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
+        let mut word = |bits: u32| out.write_all(&bits.to_le_bytes());
+        self.size.iter().try_for_each(|n| word(*n))?;
+        self.noise.iter().try_for_each(|v| word(v.to_bits()))?;
+        for block in &self.blocks {
+            word(block.samples)?;
+            let sums = block.halves.as_flattened().as_flattened().iter().chain(block.guides.as_flattened());
+            sums.into_iter().try_for_each(|v| word(v.to_bits()))?;
+        }
+        Ok(())
     }
 
-    /// What [`Exposed::to_bytes`] wrote of a picture of such a size.
-    pub fn from_bytes(size: [u32; 2], bytes: &[u8]) -> Result<Self, NotExposed> {
+    /// What [`Exposed::write`] wrote of a picture of such a size, to the end of what is read.
+    pub fn read(size: [u32; 2], from: &mut dyn Read) -> Result<Self, NotExposed> {
         let mut exposed = Self::new(size);
-        let mut words = bytes.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]]));
-        let expected = 2 + exposed.blocks.len() * (2 + PIXELS * (2 * CHANNELS + GUIDES));
-        if bytes.len() != 4 * expected || [words.next(), words.next()] != size.map(Some) {
+        let mut word = || {
+            let mut bytes = [0; 4];
+            from.read_exact(&mut bytes).map_err(|_| NotExposed).map(|()| u32::from_le_bytes(bytes))
+        };
+        if [word()?, word()?] != size {
             return Err(NotExposed);
         }
-        let mut word = || words.next().unwrap_or(0);
-        exposed.noise.iter_mut().for_each(|v| *v = f32::from_bits(word()));
-        for block in &mut exposed.blocks {
-            block.samples = word();
-            block.halves.as_flattened_mut().as_flattened_mut().iter_mut().for_each(|v| *v = f32::from_bits(word()));
-            block.guides.as_flattened_mut().iter_mut().for_each(|v| *v = f32::from_bits(word()));
+        for v in &mut exposed.noise {
+            *v = f32::from_bits(word()?);
         }
-        Ok(exposed)
+        for block in &mut exposed.blocks {
+            block.samples = word()?;
+            for v in block.halves.as_flattened_mut().as_flattened_mut().iter_mut().chain(block.guides.as_flattened_mut()) {
+                *v = f32::from_bits(word()?);
+            }
+        }
+        if word().is_ok() { Err(NotExposed) } else { Ok(exposed) }
     }
 }

@@ -201,6 +201,13 @@ fn caption(panels: &[Panel], print: &Print) -> String {
         Reconstruction::Spline => parts.push("smoothed by a tricubic B-spline through the samples".into()),
         Reconstruction::Nearest => parts.push("samples as boxes".into()),
     }
+    match &scene.studio {
+        Some(studio) if studio.smooth_voxel > 0.0 => {
+            parts.push(format!("studio light on samples smoothed by {} voxel, not the measured surface", studio.smooth_voxel));
+        }
+        Some(_) => parts.push("studio light".into()),
+        None => {}
+    }
     if scene.clips.iter().any(|clip| clip.enabled) {
         parts.push("partly cut away".into());
     }

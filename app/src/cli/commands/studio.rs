@@ -5,7 +5,7 @@ use crate::cli::terminal::tell;
 use bregma_field::Progress;
 use bregma_renderer::Renderer;
 use bregma_session::print::{Canvas, Panel, Print, Watch, draw_watched};
-use bregma_session::studio::{Drawn, Told, part_of};
+use bregma_session::studio::{Drawn, Told, part_of, so_far};
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 use std::time::Duration;
@@ -35,7 +35,7 @@ pub fn draw_studio(
         if drawn.resumed > 0 {
             tell("note", &format!("went on from {} samples that were kept beside {}", drawn.resumed, out.display()));
         }
-        tell("note", &format!("{} samples, noise {:.1} of 255", drawn.samples, drawn.noise));
+        tell("note", &drawn.description);
     };
     let canvas = draw_watched(
         panels,
@@ -44,11 +44,6 @@ pub fn draw_studio(
         &Progress::default(),
         Watch { out: Some((out, keep_every)), told: &mut told, drawn: &mut drawn },
     )?;
-    let smoothed =
-        panels.iter().filter_map(|panel| panel.opened.scene.studio.as_ref()).map(|studio| studio.smooth_voxel).fold(0.0, f64::max);
-    if smoothed > 0.0 {
-        tell("note", &format!("the picture is of samples smoothed by {smoothed} voxel, and not of the measured surface"));
-    }
     print.exposure = print.exposure.map(|exposure| exposure.timeless(most));
     Ok(canvas)
 }
@@ -63,5 +58,5 @@ pub fn forget(out: &Path, count: usize) {
 fn line(told: &Told, noise: Option<f64>) -> String {
     let left = told.left.map_or(String::new(), |left| format!(", about {} s", left.as_secs_f64().ceil()));
     let to = noise.filter(|_| !left.is_empty()).map_or(String::new(), |noise| format!(" to {noise:.1}"));
-    format!("{} samples, noise {:.1} of 255{left}{to}", told.samples, told.noise)
+    format!("{}{left}{to}", so_far(told.samples, told.noise))
 }
