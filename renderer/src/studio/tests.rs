@@ -370,7 +370,7 @@ fn the_noise_that_is_told_is_the_noise_that_there_is() {
             .collect();
         (exposed.noise(), colors, exposed)
     };
-    let (_, truth, _) = shown(77, 2048);
+    let (_, truth, _) = shown(77, 1024);
     let (mut told, mut real) = (0.0, 0.0);
     for seed in 0..4 {
         let (noise, colors, _) = shown(seed, 32);
