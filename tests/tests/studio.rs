@@ -238,8 +238,8 @@ fn blocks_at_rest_get_no_more_samples() {
     let size = [64, 64];
     let tracer = Tracer::new(&volumes, &scene, size, 1).unwrap();
     let mut exposed = Exposed::new(size);
-    let noise = 1.5;
-    for until in [16, 32, 64, 128, 256, 512, 1024] {
+    let noise = 2.0;
+    for until in [16, 32, 64, 128, 256, 512] {
         tracer.expose(&mut exposed, until, Some(noise));
     }
     assert!(exposed.noise_of_blocks().iter().all(|told| *told <= noise), "{:?}", exposed.noise_of_blocks());
@@ -260,7 +260,7 @@ fn what_is_denoised_is_nearer_to_the_truth() {
         tracer.expose(&mut exposed, samples, None);
         tracer.light(&exposed, denoise)
     };
-    let truth = light(1024, false);
+    let truth = light(256, false);
     let off = |light: &[glam::Vec4]| {
         // Edges are left as they are.
         let within = light.iter().zip(&truth).filter(|(_, truth)| truth.w == 1.0);
@@ -304,16 +304,20 @@ fn killed_at_any_moment_the_same_command_goes_on_to_the_same_bytes() {
     let folder = folder("killed");
     assert!(told(bregma(&folder, "demo --out . --size 48")).0);
     let line = |out: &str, seed: u32| {
-        format!("render a.nrrd --iso 226 --orbit=-35,10 --size 64x64 --studio journal --samples 1024 --keep 0.02 --seed {seed} --out {out}")
+        format!("render a.nrrd --iso 226 --orbit=-35,10 --size 64x64 --studio journal --samples 512 --keep 0.02 --seed {seed} --out {out}")
     };
     let (is_whole, text) = told(bregma(&folder, &line("whole.png", 3)));
     assert!(is_whole && !text.contains("went on"), "{text}");
     assert!(!folder.join("whole.png.part").exists());
     let mut r = Random(5);
     let (mut kills, mut resumed) = (0, 0);
-    for _ in 0..4 {
+    for _ in 0..6 {
         let mut child = bregma(&folder, &line("killed.png", 3));
-        std::thread::sleep(Duration::from_millis(150 + (350.0 * r.unit()) as u64));
+        // Once something is kept; however slow the machine is.
+        while !folder.join("killed.png.part").exists() && child.try_wait().unwrap().is_none() {
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        std::thread::sleep(Duration::from_millis((150.0 * r.unit()) as u64));
         // On Unix that is signal 9.
         kills += u32::from(child.kill().is_ok() && child.try_wait().unwrap().is_none_or(|status| !status.success()));
         let (is_done, text) = told(child);

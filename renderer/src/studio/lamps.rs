@@ -75,9 +75,9 @@ impl Disc {
         FromLamp { toward, far, density: self.density(far_squared, cosine.max(1e-12)), is_lit: cosine.simd_gt(0.0) }
     }
 
-    /// Which rays from points meet its face nearer than `far`, and how densely that direction is sampled.
+    /// Which rays from points meet its face nearer than `far`, where, and how densely that direction is sampled.
     #[inline(always)]
-    pub fn met<S: Simd>(&self, simd: S, p: &Vecs<S>, direction: &Vecs<S>, far: Floats<S>) -> (Mask<S>, Floats<S>) {
+    pub fn met<S: Simd>(&self, simd: S, p: &Vecs<S>, direction: &Vecs<S>, far: Floats<S>) -> (Mask<S>, Floats<S>, Floats<S>) {
         let splat = |v: Vec3| axes!(a => Floats::splat(simd, v[a]));
         let (centre, normal) = (splat(self.centre), splat(self.normal));
         let from = axes!(a => p[a] - centre[a]);
@@ -86,7 +86,7 @@ impl Disc {
         let at = axes!(a => from[a] + t * direction[a]);
         let within = dot(&at, &at).simd_le(self.radius * self.radius);
         let met = cosine.simd_gt(1e-12) & t.simd_gt(0.0) & t.simd_lt(far) & within;
-        (met, self.density(t * t, cosine.max(1e-12)))
+        (met, t, self.density(t * t, cosine.max(1e-12)))
     }
 }
 

@@ -3,7 +3,7 @@
 //! At each vertex one ray goes to every lamp, and one along a direction of the surface's own, which stands for the sky, for light that comes over
 //! other surfaces and, weighed by the power heuristic (Veach 1997), for lamps. Nothing is cut off: from the fourth surface on chance ends paths.
 
-use super::batch::{CAUGHT, COVERAGE, Found, LIT, Packet, Paths, Shadows, UNLIT};
+use super::batch::{CAUGHT, COVERAGE, Found, LIT, Packet, Paths, Shadows};
 use super::bone::{Bone, NEVER, Rays};
 use super::bsdf::{Coat, Face, power};
 use super::ground::Floor;
@@ -216,7 +216,7 @@ impl Stage {
         found.add(&packet.slot, &light, packet.is & !is_hit);
         found.add_unlit(&packet.slot, &light, catches);
         for lamp in &self.lamps {
-            let (met, density) = lamp.met(simd, from, direction, catches.select(endless, is_hit.select(far, endless)));
+            let (met, at, density) = lamp.met(simd, from, direction, catches.select(endless, is_hit.select(far, endless)));
             let met = met & packet.is;
             if met.any_true() {
                 let share = match self.ways {
@@ -228,7 +228,7 @@ impl Stage {
                 };
                 let radiance = lamp.radiance();
                 let light = axes!(a => packet.throughput[a] * (share * radiance[a]));
-                found.add(&packet.slot, &light, met & !(catches & is_hit));
+                found.add(&packet.slot, &light, met & !(catches & is_hit & at.simd_ge(far)));
                 found.add_unlit(&packet.slot, &light, met & catches);
             }
         }
@@ -333,7 +333,6 @@ impl Room {
             light[LIT] = light[0] + light[1] + light[2];
             light[..3].fill(0.0);
         }
-        debug_assert!(light[LIT] <= light[UNLIT] * 1.001 + 1e-3);
         light
     }
 

@@ -133,6 +133,9 @@ pub enum StudioError {
     /// Other numbers beyond what they can be.
     #[error("of the studio light sky and exposure must be numbers, gloss 0 to 1, smooth_voxel 0 to 1")]
     Numbers,
+    /// A scene without.
+    #[error("the scene has no studio light; give it one by --studio")]
+    Absent,
     /// A way of drawing that has no surface to light.
     #[error(
         "studio light is for opaque surfaces: use --mode iso or overlay, without --reconstruction and --solver, and cuts that show bone"

@@ -249,6 +249,14 @@ fn ways_of_sampling_lamps_agree() {
 }
 
 #[test]
+fn a_scene_without_a_studio_is_not_drawn() {
+    // Fails if light is made up where none was asked for.
+    let (volumes, scene) = small_skull(Preset::Sky.studio());
+    let found = Tracer::new(&volumes, &Scene { studio: None, ..scene }, [8, 8], 0);
+    assert!(found.is_err_and(|error| error.to_string().contains("no studio light")));
+}
+
+#[test]
 fn within_a_closed_ball_it_is_dark() {
     // Fails if light leaks through a surface: a ray that starts on its other side, or a crack between cells or bricks.
     let shell = Shell { centre: DVec3::ZERO, inner_mm: 12.0, outer_mm: 16.0 };
@@ -370,7 +378,7 @@ fn the_noise_that_is_told_is_the_noise_that_there_is() {
             .collect();
         (exposed.noise(), colors, exposed)
     };
-    let (_, truth, _) = shown(77, 2048);
+    let (_, truth, _) = shown(77, 1024);
     let (mut told, mut real) = (0.0, 0.0);
     for seed in 0..4 {
         let (noise, colors, _) = shown(seed, 32);

@@ -7,7 +7,7 @@ use super::denoise::denoised;
 use super::ground::Floor;
 use super::lamps::{Disc, Dome};
 use super::path::{AT_ONCE, PIXELS, Room, Stage, Ways};
-use super::settings::{Ground, Studio};
+use super::settings::{Ground, Studio, StudioError};
 use super::tone::Toned;
 use crate::cpu::encode;
 use crate::lanes::{Doubles, Floats, LANES, Mask, axes};
@@ -56,7 +56,7 @@ impl Tracer {
             return Err(RenderError::NoPixels { width, height });
         }
         scene.check()?;
-        let studio = scene.studio.clone().unwrap_or_else(|| super::settings::Preset::Journal.studio());
+        let studio = scene.studio.clone().ok_or(StudioError::Absent)?;
         studio.check()?;
         let smooth = |(volume, layer): (&Arc<Volume>, &crate::scene::Layer)| match studio.smooth_voxel {
             sigma if sigma > 0.0 && layer.visible => Arc::new(smoothed(volume, sigma)),
