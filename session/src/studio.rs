@@ -4,6 +4,7 @@ use crate::output::{OutputError, write_by};
 use bregma_field::{Cancelled, Volume};
 use bregma_renderer::studio::{Exposed, LEAST_SAMPLES, Preset, Studio, StudioError, Tracer};
 use bregma_renderer::{CpuRenderer, Named, Picture, RenderError, Renderer, Scene};
+use glam::Vec4;
 use serde::{Deserialize, Serialize};
 use std::ffi::OsString;
 use std::fs::File;
@@ -139,8 +140,10 @@ pub enum ExposeError {
 /// A picture that is good enough, and how it became so.
 #[derive(Debug)]
 pub struct Drawn {
-    /// As it is shown.
-    pub picture: Picture,
+    /// What is known of the pixels beside their light.
+    pub middles: Picture,
+    /// Linear, premultiplied with the opacity, after tone.
+    pub light: Vec<Vec4>,
     /// Samples of the pixels that have most.
     pub samples: u32,
     /// Root mean square over the picture, 255ths.
@@ -190,7 +193,7 @@ pub fn draw(order: &Order<'_>, told: impl FnMut(Told) -> Result<(), Cancelled>) 
     let middles = CpuRenderer::default().render(order.volumes, order.scene, width, height)?;
     let (samples, noise) = (exposed.samples(), exposed.noise());
     let description = description(order, samples, noise);
-    Ok(Drawn { picture: tracer.picture(&exposed, order.exposure.denoise, middles), samples, noise, resumed, description })
+    Ok(Drawn { middles, light: tracer.light(&exposed, order.exposure.denoise), samples, noise, resumed, description })
 }
 
 /// Adds samples round by round: all that a file keeps is between two of them, so that it does not matter how often it was gone on with.

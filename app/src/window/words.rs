@@ -1,7 +1,7 @@
 //! The libraries' sentences in the window's words: what to do on the command line is a deed of the hand here.
 
 /// What they advise there, and what does the same here; the longer first where one is part of another.
-const DEEDS: [(&str, &str); 28] = [
+const DEEDS: [(&str, &str); 29] = [
     ("pass --open to close it at the scan's box", "have it closed at the scan's box"),
     (" with --close ", " by the disc X,Y,Z,NX,NY,NZ,R: "),
     (" (--sphere-passes)", ""),
@@ -29,6 +29,7 @@ const DEEDS: [(&str, &str); 28] = [
     ("leave --icc out, or end", "end"),
     ("choose --ground white or a colour", "choose a white ground"),
     ("use --mode iso or overlay, without --reconstruction and --solver", "choose Isosurface or Overlay, the exact solver"),
+    ("; give it one by --studio", ""),
     ("use --backend cpu", "let the processor draw"),
 ];
 

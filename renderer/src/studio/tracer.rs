@@ -9,9 +9,7 @@ use super::lamps::{Disc, Dome};
 use super::path::{AT_ONCE, PIXELS, Room, Stage, Ways};
 use super::settings::{Ground, Studio, StudioError};
 use super::tone::Toned;
-use crate::cpu::encode;
 use crate::lanes::{Doubles, Floats, LANES, Mask, axes};
-use crate::picture::Picture;
 use crate::scene::Scene;
 use crate::skip::MapCache;
 use crate::{InstructionSet, RenderError};
@@ -30,7 +28,6 @@ pub struct Tracer {
     toned: Toned,
     /// Linear; where the picture is clear what its noise is judged on.
     background: Vec3,
-    is_clear: bool,
 }
 
 /// Samples that a pixel has at least before its block may rest: fewer do not tell their noise.
@@ -67,7 +64,7 @@ impl Tracer {
         let stage = Self::stage(level, bone, scene, &studio, size, seed);
         let toned = Toned { tone: studio.tone, exposure: studio.exposure_ev.exp2() };
         let background = scene.background.map_or(Vec3::ONE, |color| color.linear());
-        Ok(Self { level, stage, toned, background, is_clear: scene.background.is_none() })
+        Ok(Self { level, stage, toned, background })
     }
 
     fn stage(level: InstructionSet, bone: Bone, scene: &Scene, studio: &Studio, [width, height]: [u32; 2], seed: u32) -> Stage {
@@ -122,13 +119,6 @@ impl Tracer {
             self.toned.color(&block.sum(at), block.samples)
         };
         (0..width * height).into_par_iter().map(pixel).collect()
-    }
-
-    /// The picture so far. Depths and volumes are those of `middles`, the same view without studio light.
-    pub fn picture(&self, exposed: &Exposed, denoise: bool, middles: Picture) -> Picture {
-        let background = if self.is_clear { Vec4::ZERO } else { self.background.extend(1.0) };
-        let rgba = self.light(exposed, denoise).into_iter().map(|color| encode(color, background)).collect();
-        Picture { rgba, ..middles }
     }
 }
 

@@ -91,8 +91,9 @@ fn exposed(
     (watch.drawn)(&drawn);
     // Of what a clock or noise may have ended early.
     progress.advance(u64::from(print.samples))?;
-    let light = Canvas::of(&drawn.picture).light;
-    Ok((light, drawn.picture))
+    let ground = opened.scene.background.map_or(Vec4::ZERO, |color| color.linear().extend(1.0));
+    let light = drawn.light.iter().map(|over| *over + (1.0 - over.w) * ground).collect();
+    Ok((light, drawn.middles))
 }
 
 /// A picture through many points of each pixel.
