@@ -1,8 +1,9 @@
 //! Samples smoothed for pictures: another volume, and not what is measured.
 
+use crate::spline::with_values;
 use crate::store::Store;
 use crate::with_block;
-use bregma_volume::{Raster, Sample, Samples, Volume};
+use bregma_volume::{Sample, Volume};
 use rayon::prelude::*;
 
 /// Standard deviations that the kernel reaches: what is beyond is a quarter of a percent.
@@ -20,16 +21,7 @@ pub fn smoothed(volume: &Volume, sigma_voxel: f64) -> Volume {
     for (axis, stride) in [1, nx, nx * ny].into_iter().enumerate() {
         values = along(&values, dims[axis], stride, &weights);
     }
-    let raster = Raster {
-        grid: volume.grid().clone(),
-        samples: Samples::F32(values),
-        slope: volume.slope(),
-        intercept: volume.intercept(),
-        unit: volume.unit(),
-        warnings: vec![],
-    };
-    // The grid and the scale are a volume's, and means of its samples are numbers as they are.
-    Volume::new(volume.name().to_owned(), volume.format(), raster).expect("means of a volume's samples are a volume")
+    with_values(volume, values)
 }
 
 /// The weighted means along an axis of `count` samples that lie `stride` apart.
@@ -50,7 +42,7 @@ fn along(values: &[f32], count: usize, stride: usize, weights: &[f32]) -> Vec<f3
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bregma_volume::{Grid, ReadSamples, Unit};
+    use bregma_volume::{Grid, Raster, ReadSamples, Samples, Unit};
     use glam::{DMat3, DVec3};
 
     fn volume(dims: [usize; 3], samples: Samples) -> Volume {

@@ -23,6 +23,11 @@ pub fn coefficients(volume: &Volume) -> Volume {
     values.par_chunks_mut(nx).for_each(|row| filter(row, nx, 1));
     values.par_chunks_mut(nx * ny).for_each(|slice| filter(slice, ny, nx));
     filter(&mut values, nz, nx * ny);
+    with_values(volume, values)
+}
+
+/// A volume of other samples in the place of a volume's: weighted sums of them.
+pub(crate) fn with_values(volume: &Volume, values: Vec<f32>) -> Volume {
     let raster = Raster {
         grid: volume.grid().clone(),
         samples: Samples::F32(values),
@@ -32,7 +37,7 @@ pub fn coefficients(volume: &Volume) -> Volume {
         warnings: vec![],
     };
     // The grid and the scale are a volume's, and the samples were checked.
-    Volume::new(volume.name().to_owned(), volume.format(), raster).expect("coefficients of a volume are a volume")
+    Volume::new(volume.name().to_owned(), volume.format(), raster).expect("sums of a volume's samples are a volume")
 }
 
 /// Filters `count` rows of `stride` values, each column of them as a signal.

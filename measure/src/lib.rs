@@ -23,4 +23,4 @@ pub use edge::Edge;
 pub use probe::{corrections, iso_tolerance, mirrored, probe, probe_cut};
 pub use record::{CrossingRecord, Difference, DifferenceRay, LedgerEntry, Meets, Pair, RayRecord, Segment, Shift, VolumeRecord};
 pub use threshold::unlike_thresholds;
-pub use uncertainty::{Registered, Uncertainty};
+pub use uncertainty::{IN_95_OF_100, Registered, Uncertainty};

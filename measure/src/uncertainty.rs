@@ -37,7 +37,7 @@ pub struct Uncertainty {
 }
 
 /// An interval of so many standard deviations holds 95 of 100 values.
-const IN_95_OF_100: f64 = 1.96;
+pub const IN_95_OF_100: f64 = 1.96;
 
 /// One end of a length.
 #[derive(Clone, Copy, Debug)]

@@ -5,6 +5,7 @@ use crate::coat::Figure;
 use crate::difference_order::{Order, RecordedHalf};
 use crate::difference_picture::Scale;
 use crate::measurement::{MeasuredScan, Origin, RecordedDifference};
+use crate::shelf::safe_name;
 use bregma_measure::csv::line;
 use bregma_measure::numbers::{fixed, signed, significant};
 use bregma_renderer::Named;
@@ -33,8 +34,8 @@ pub fn pairs(count: usize, all: bool) -> Vec<[usize; 2]> {
 /// The name of a pair's folder: of the second scan where the first is the same for all. `taken` are those of other pairs.
 pub fn folder_name([first, second]: [&str; 2], all: bool, taken: &[PathBuf]) -> PathBuf {
     let name = if all { format!("{first} to {second}") } else { second.to_owned() };
-    // What no file system minds; a name of points is a folder of its own meaning.
-    let safe: String = name.trim().chars().map(|c| if c.is_alphanumeric() || " -_+.".contains(c) { c } else { '_' }).collect();
+    let safe = safe_name(&name);
+    // A name of points is a folder of its own meaning.
     let safe = if safe.trim_matches(['.', ' ']).is_empty() { "scan".to_owned() } else { safe };
     let numbered = (2..).map(|n| PathBuf::from(format!("{safe} {n}")));
     // There is always a number that nothing has.

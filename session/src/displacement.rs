@@ -1,6 +1,7 @@
 //! A part of a skull that moved as a whole, as a jaw does or a tooth: the rigid motion that lays it onto the other scan's.
 
 use bregma_field::{Cancelled, Covariance, Progress, Surface};
+use bregma_measure::IN_95_OF_100;
 use bregma_measure::difference::end_at;
 use bregma_measure::numbers::{fixed, signed};
 use bregma_register::cloud::{Cloud, LEAST_POINTS, Oriented, POINTS};
@@ -62,9 +63,6 @@ pub struct Scanned<'a> {
     /// How far that may be off, values.
     pub tolerance: f64,
 }
-
-/// See [`bregma_measure::uncertainty`]: of a normal distribution.
-const IN_95_OF_100: f64 = 1.96;
 
 /// How the first surface's `parts` moved to where the second surface has them, which is looked for within `reach_mm`.
 pub fn moved(sides: [&Scanned<'_>; 2], parts: &Parts, reach_mm: f64, progress: &Progress) -> Result<Moved, PartError> {

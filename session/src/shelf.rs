@@ -60,9 +60,9 @@ impl Shelf {
         files
     }
 
-    /// The file of what is called `name`: letters and digits of any script, and what is safe between them in a file's name.
+    /// The file of what is called `name`.
     fn file_of(&self, name: &str) -> Result<PathBuf, ShelfError> {
-        let safe: String = name.trim().chars().map(|c| if c.is_alphanumeric() || " -_+.".contains(c) { c } else { '_' }).collect();
+        let safe = safe_name(name);
         let safe = safe.trim_start_matches('.');
         if safe.chars().any(char::is_alphanumeric) { Ok(self.0.join(format!("{safe}.json"))) } else { Err(ShelfError::NoName) }
     }
@@ -92,6 +92,11 @@ impl Shelf {
     pub fn delete(&self, file: &Path) -> Result<(), ShelfError> {
         fs::remove_file(file).map_err(|reason| ShelfError::File { file: file.to_owned(), reason })
     }
+}
+
+/// A name as that of a file: letters and digits of any script, and what is safe between them.
+pub(crate) fn safe_name(name: &str) -> String {
+    name.trim().chars().map(|c| if c.is_alphanumeric() || " -_+.".contains(c) { c } else { '_' }).collect()
 }
 
 #[cfg(test)]

@@ -65,6 +65,15 @@ impl<T: Send + 'static> Job<T> {
     }
 }
 
+/// Shows work that is under way, and drops it where the person cancels; whether there is any.
+pub fn is_at_work<T: Send + 'static>(job: &mut Option<Job<T>>, ui: &mut Ui) -> bool {
+    let Some(at_work) = job else { return false };
+    if at_work.ui(ui) {
+        *job = None;
+    }
+    true
+}
+
 /// How long the rest takes if it goes on as before; nothing while that is a guess.
 fn left(elapsed: Duration, fraction: f32) -> String {
     if elapsed < KNOWN.0 || fraction < KNOWN.1 {

@@ -2,13 +2,12 @@
 
 use super::sums::{Added, Skin};
 use crate::edge::{Edge, spacing_along_mm};
+use crate::uncertainty::IN_95_OF_100;
 use bregma_field::crossings::crossings;
 use bregma_field::{Measured, Ray, Surface, WorldPoint};
 use glam::DVec3;
 use serde::Serialize;
 
-/// An interval of so many standard deviations holds 95 of 100 values.
-const IN_95_OF_100: f64 = 1.96;
 /// Places at which what the scan shows of the bone's edge is looked at: the median of so many is known to 5 % of the quartiles.
 const PLACES: usize = 300;
 /// Farther from a place than this many voxels, another boundary changes nothing that is fitted there.

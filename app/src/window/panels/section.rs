@@ -2,7 +2,7 @@
 
 use super::super::ask::{Ask, Kind};
 use super::super::bench::Bench;
-use super::super::job::Job;
+use super::super::job::{Job, is_at_work};
 use super::super::measured::Work;
 use super::super::picture::section_curve::SectionCurve;
 use super::super::widgets::{choose_scans, color};
@@ -100,10 +100,7 @@ impl SectionPanel {
 
     /// Shows what can be measured, and what was.
     pub fn show(&mut self, ui: &mut Ui, bench: &mut Bench) {
-        if let Some(job) = &self.job {
-            if job.ui(ui) {
-                self.job = None;
-            }
+        if is_at_work(&mut self.job, ui) {
             return;
         }
         ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {

@@ -2,7 +2,7 @@
 
 use super::super::ask::{Ask, Kind};
 use super::super::bench::Bench;
-use super::super::job::Job;
+use super::super::job::{Job, is_at_work};
 use super::super::measured::Work;
 use super::super::widgets::named_radio;
 use super::maps::{self, Legend};
@@ -76,10 +76,7 @@ impl ThicknessPanel {
     /// Shows what can be measured, and what was.
     pub fn show(&mut self, ui: &mut Ui, bench: &mut Bench) {
         let work = &bench.work;
-        if let Some(job) = &self.job {
-            if job.ui(ui) {
-                self.job = None;
-            }
+        if is_at_work(&mut self.job, ui) {
             return;
         }
         self.question(ui, work);
