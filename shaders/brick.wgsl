@@ -7,6 +7,7 @@ const MISSED: u32 = 0u;
 const MET_ISOSURFACE: u32 = 1u;
 const MET_FACE: u32 = 2u;
 const MET_START: u32 = 3u;
+const MET_SOLID: u32 = 4u;
 
 struct Hit {
     s: f32,

@@ -36,6 +36,9 @@ fn project(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
             var place = walk.place;
             let way = until(cross_cell(walk.pace, walk.at, &place), walk.s_max);
             walk.place = place;
+            if !way.is_there {
+                continue;
+            }
             let length = way.s.y - way.s.x;
             var cell = Projected(true, 0.0, 1.0);
             if IN_RANGE {

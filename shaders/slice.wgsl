@@ -1,7 +1,7 @@
 // The nodes of a slice: values on its plane, and where contours cross the ways between neighbours.
 // The twin of renderer/src/cpu/slice.rs.
 
-#import constants, line, volume, blocks, hits, cuts, interpolant, field_at
+#import constants, line, volume, blocks, hits, cuts, interpolant, field_at, part_within
 
 // The value at a point of the plane, if it has one.
 struct Found {
@@ -33,7 +33,7 @@ fn value_at(pixel: vec2<u32>, axis: u32, share: f32, s: f32) -> Found {
     }
     let cell = clamp(vec3<i32>(floor(p)), vec3<i32>(0), params.dims - 2);
     let local = clamp(relative_to(at, vec3<f32>(cell)), vec3<f32>(0.0), vec3<f32>(1.0));
-    return Found(true, value_in(cell, local));
+    return Found(holds(cell, local), value_in(cell, local));
 }
 
 // Where the contour crosses the way from a pixel, whose value relative to it is known, to its neighbour along an axis.

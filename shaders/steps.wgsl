@@ -1,7 +1,7 @@
 // Within a brick: steps of fixed length, with one linear interpolation where two samples lie on different sides.
 // The twin of renderer/src/cpu/steps.rs.
 
-#import brick, interpolant, samples, line
+#import brick, interpolant, samples, line, part_within
 
 // Steps in a voxel's length.
 override PER_VOXEL: f32;
@@ -74,8 +74,10 @@ fn cell_of(corner: vec3<i32>, p: vec3<f32>) -> vec3<i32> {
     return clamp(corner + vec3<i32>(floor(p)), vec3<i32>(0), params.dims - 2);
 }
 
+// Outside of a solid as far outside as it would be inside: its face is taken to lie in the middle of a step.
 fn value(corner: vec3<i32>, p: vec3<f32>) -> f32 {
     let cell = cell_of(corner, p);
     let local = clamp(p - vec3<f32>(cell - corner), vec3<f32>(0.0), vec3<f32>(1.0));
-    return trilinear(corners(cell), corners(cell + vec3<i32>(0, 0, 1)), local);
+    let value = trilinear(corners(cell), corners(cell + vec3<i32>(0, 0, 1)), local);
+    return select(-max(abs(value), SMALLEST), value, holds(cell, local));
 }

@@ -1,7 +1,7 @@
 // The pass over one volume: the first hit of every pixel of a batch of blocks, with its normal.
 // The twin of renderer/src/cpu/trace.rs.
 
-#import constants, volume, blocks, hits, walk, cuts, faces, field_at
+#import constants, volume, blocks, hits, walk, cuts, faces, field_at, part_within
 
 @compute @workgroup_size(BLOCK_PIXELS)
 fn trace(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) n: u32) {
@@ -30,8 +30,9 @@ fn trace(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
 }
 
 fn world_normal(hit: Hit, direction: vec3<f32>, part: Kept) -> vec3<f32> {
-    if hit.met == MET_ISOSURFACE {
-        return toward_viewer(gradient_at(hit.cell, hit.local), direction);
+    if hit.met == MET_ISOSURFACE || hit.met == MET_SOLID {
+        let surface = gradient_at(hit.cell, hit.local);
+        return toward_viewer(rim(hit.cell, hit.local, surface, direction, hit.met == MET_SOLID), direction);
     }
     if hit.met == MET_START && part.is_cut {
         return part.normal;

@@ -72,6 +72,10 @@ struct TraceParams {
     color: vec3<f32>,
     // The isovalue whose contour a slice shows, relative to the level.
     contour: f32,
+    // Where the sides of the solid's bricks, the slots of its blocks, and its distances begin; and how far behind its face normals are blended, in its
+    // units.
+    solid: vec3<u32>,
+    rim_units: f32,
 }
 
 @group(0) @binding(TRACE_PARAMS) var<storage, read> trace_params: array<TraceParams, VOLUMES>;

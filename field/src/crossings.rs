@@ -204,27 +204,12 @@ fn walk(surface: &Surface, ray: &Ray, visit: &mut dyn FnMut(Crossing) -> Control
         }
         q = q.clamp(cell.as_dvec3(), (cell + USizeVec3::ONE).as_dvec3());
         let f = corners(surface, cell);
-        let sides = f.iter().filter(|&&v| v >= 0.0).count();
         let mut stop = false;
         let pass = CellPass { surface, ray, line: &line, off, cell, t: [t, t_out], p: [p, q], f: &f };
         let mut found =
             |u: f64, kind: Kind, width: f64, cut: Option<Cut>| stop = stop || visit(pass.crossing(u, kind, width, cut)).is_break();
-        if !(sides == 0 && !was_inside || sides == 8 && was_inside) {
-            let b = bernstein(&f, p - cell.as_dvec3(), q - cell.as_dvec3());
-            // Rounding of an interpolated value, and of a cubic's at u, is together below 16 units of the largest corner, and a step along
-            // each of three axes changes a value by at most twice that corner; all of it thrice, as `b` is.
-            let largest = f.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-            let rounding = 3.0 * largest * (16.0 * f64::EPSILON + 6.0 * off);
-            if (b[0] >= 0.0) != was_inside {
-                // Entered already inside: the surface is closed here. Later: a face value that rounding moved across zero.
-                let cut = is_first.then(|| span.faces[0].map_or(Cut::Origin, Cut::Face));
-                found(0.0, if was_inside { Kind::Exit } else { Kind::Enter }, 0.0, cut);
-            }
-            for root in roots(b, rounding) {
-                found(root.u, root.kind, root.width, None);
-            }
-            was_inside = b[3] >= 0.0;
-        }
+        let begin = is_first.then(|| span.faces[0].map_or(Cut::Origin, Cut::Face));
+        was_inside = pass.cross(was_inside, begin, &mut found);
         is_first = false;
         let ahead = |a: usize| cell[a].wrapping_add_signed(if line.direction[a] > 0.0 { 1 } else { -1 });
         let next = axis.map(|a| (a, ahead(a))).filter(|&(a, ahead)| ahead < cells[a]);
@@ -277,6 +262,67 @@ struct CellPass<'a> {
 }
 
 impl CellPass<'_> {
+    /// Finds what is crossed on the way, which is entered inside or outside of bone, and begins at `begin` if it is the first; says where it
+    /// ends.
+    fn cross(&self, was_inside: bool, begin: Option<Cut>, found: &mut dyn FnMut(f64, Kind, f64, Option<Cut>)) -> bool {
+        let sides = self.f.iter().filter(|&&v| v >= 0.0).count();
+        let parts = self.parts_within();
+        if parts.is_none() && (sides == 0 && !was_inside || sides == 8 && was_inside) {
+            return was_inside;
+        }
+        let (b, rounding) = self.cubic(self.f);
+        let roots = roots(b, rounding);
+        let Some(parts) = parts else {
+            return cross_part((&b, &roots), [Bound::BEGIN, Bound::END], was_inside, begin, found);
+        };
+        let mut inside = was_inside;
+        if inside && parts.first().is_none_or(|[from, _]| from.u > 0.0) {
+            found(0.0, Kind::Exit, 0.0, Some(self.solid_face(0.0)));
+            inside = false;
+        }
+        for [from, to] in parts {
+            let at_face = || (from.u > 0.0 || !was_inside).then(|| self.solid_face(from.u));
+            inside = cross_part((&b, &roots), [from, to], inside, begin.filter(|_| from.u == 0.0).or_else(at_face), found);
+            if inside && to.u < 1.0 {
+                found(to.u, Kind::Exit, to.width, Some(self.solid_face(to.u)));
+                inside = false;
+            }
+        }
+        inside
+    }
+
+    /// The cubic along the way of values at the cell's corners, and how wrong values of it may be.
+    fn cubic(&self, f: &[f64; 8]) -> ([f64; 4], f64) {
+        let [p, q] = self.p.map(|p| p - self.cell.as_dvec3());
+        // Rounding of an interpolated value, and of a cubic's at u, is together below 16 units of the largest corner, and a step along
+        // each of three axes changes a value by at most twice that corner; all of it thrice, as the coefficients are.
+        let largest = f.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        (bernstein(f, p, q), 3.0 * largest * (16.0 * f64::EPSILON + 6.0 * self.off))
+    }
+
+    /// The parts of the way within the solid, no more than two; `None` where all of it is.
+    fn parts_within(&self) -> Option<Vec<[Bound; 2]>> {
+        let f = self.surface.solid.as_ref()?.corners(self.cell.to_array()).map(f64::from);
+        if f.iter().all(|units| *units >= 0.0) {
+            return None;
+        }
+        let (b, rounding) = self.cubic(&f);
+        let mut bounds = if b[0] >= 0.0 { vec![Bound::BEGIN] } else { vec![] };
+        // In a point that only touches it there is no part.
+        bounds.extend(roots(b, rounding).iter().filter(|root| root.kind != Kind::Touch).map(|root| Bound { u: root.u, width: root.width }));
+        if bounds.len() % 2 == 1 {
+            bounds.push(Bound::END);
+        }
+        Some(bounds.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect())
+    }
+
+    /// The face that the solid cuts bone with at u of the way.
+    fn solid_face(&self, u: f64) -> Cut {
+        let inward = self.surface.solid.as_ref().map(|solid| solid.distance_and_gradient(IndexPoint(self.p[0].lerp(self.p[1], u))).1);
+        let outward = self.surface.grid.world_to_index().matrix3.transpose() * -inward.unwrap_or_default();
+        Cut::Face(Face::OfCut(outward.try_normalize().unwrap_or(-self.ray.direction)))
+    }
+
     /// What is crossed at u of the way, known to `width`.
     fn crossing(&self, u: f64, kind: Kind, width: f64, cut: Option<Cut>) -> Crossing {
         let Self { surface, ray, line, off, cell, t: [t, t_out], p: [p, q], f } = *self;
@@ -304,6 +350,41 @@ impl CellPass<'_> {
             at_origin: matches!(cut, Some(Cut::Origin)),
         }
     }
+}
+
+/// Where a part of a way begins or ends: u, and how far its bracket and rounding can move it.
+#[derive(Clone, Copy)]
+struct Bound {
+    u: f64,
+    width: f64,
+}
+
+impl Bound {
+    const BEGIN: Self = Self { u: 0.0, width: 0.0 };
+    const END: Self = Self { u: 1.0, width: 0.0 };
+}
+
+/// Finds what is crossed on a part of a way through a cell, of the cubic `b` with its `roots`: it comes to it inside or outside of bone, and is cut
+/// at `cut` where it begins inside. Says where it ends.
+fn cross_part(
+    (b, roots): (&[f64; 4], &[Root]),
+    [from, to]: [Bound; 2],
+    was_inside: bool,
+    cut: Option<Cut>,
+    found: &mut dyn FnMut(f64, Kind, f64, Option<Cut>),
+) -> bool {
+    // By how many roots are passed: the same as what is found.
+    let passed = |u: f64| roots.iter().filter(|root| root.kind != Kind::Touch && root.u <= u).count();
+    let inside_at = |u: f64| (b[0] >= 0.0) != (passed(u) % 2 == 1);
+    let begins_inside = if from.u > 0.0 { inside_at(from.u) } else { b[0] >= 0.0 };
+    if begins_inside != was_inside {
+        // Entered already inside: the surface is closed here. Later: a face value that rounding moved across zero.
+        found(from.u, if was_inside { Kind::Exit } else { Kind::Enter }, from.width, cut);
+    }
+    for root in roots.iter().filter(|root| (from.u == 0.0 || root.u > from.u) && root.u <= to.u) {
+        found(root.u, root.kind, root.width, None);
+    }
+    if to.u < 1.0 { inside_at(to.u) } else { b[3] >= 0.0 }
 }
 
 /// Where bone is cut rather than bounded.

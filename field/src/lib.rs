@@ -12,6 +12,7 @@ pub mod crossings;
 pub mod interpolant;
 mod ray;
 mod smooth;
+pub mod solid;
 pub mod spline;
 mod store;
 mod surface;
@@ -25,6 +26,7 @@ pub use bregma_volume::{
 pub use clip::{Clip, Region, Shape};
 pub use ray::Ray;
 pub use smooth::smoothed;
+pub use solid::Solid;
 pub use store::{AnyBlock, Block, Store};
 pub use surface::{Measured, Surface};
 

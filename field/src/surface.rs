@@ -1,6 +1,7 @@
 //! An isosurface of a scan, where it lies in the world.
 
 use crate::clip::{Clip, Region};
+use crate::solid::Solid;
 use bregma_volume::{Covariance, Grid, GridError, Volume};
 use glam::DAffine3;
 use std::sync::Arc;
@@ -47,6 +48,8 @@ pub struct Surface {
     pub sign: f32,
     /// What cuts leave of it; it is closed there.
     pub region: Region,
+    /// Only what lies within it is there; it is closed there, too. On the volume's samples.
+    pub solid: Option<Arc<Solid>>,
 }
 
 impl Surface {
@@ -57,11 +60,25 @@ impl Surface {
         let [low, high] = volume.histogram().range;
         let beyond = high - low + 1.0;
         let level = volume.sample_of(iso).clamp(low - beyond, high + beyond);
-        Ok(Self { grid, level, sign, volume: Arc::clone(volume), region: Region::default() })
+        Ok(Self { grid, level, sign, volume: Arc::clone(volume), region: Region::default(), solid: None })
     }
 
     /// What `clips` leave of it, as the layer of number `index`.
     pub fn cut(self, clips: &[Clip], index: usize) -> Self {
         Self { region: Region::of(clips, index), ..self }
+    }
+
+    /// What lies of it within a solid on its volume's samples; all where there is none.
+    ///
+    /// # Panics
+    /// Where the solid was made for a grid of another size.
+    pub fn within(self, solid: Option<Arc<Solid>>) -> Self {
+        assert!(solid.as_ref().is_none_or(|solid| solid.dims() == self.volume.grid().dims()), "a solid on the samples of its scan");
+        Self { solid, ..self }
+    }
+
+    /// Whether all of it is there.
+    pub fn is_whole(&self) -> bool {
+        self.region.is_all() && self.solid.is_none()
     }
 }

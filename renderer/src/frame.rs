@@ -46,11 +46,13 @@ pub(crate) struct Placement {
     pub normal_to_world: Mat3,
     /// Gradients in index space to the world, in sample units per mm.
     pub gradient_to_world: Mat3,
+    /// How far behind the face of its solid normals are blended, in the solid's units.
+    pub rim_units: f32,
 }
 
 impl Placement {
     /// Of layer `index`, which `rays` of the world look at.
-    fn of(index: usize, surface: Surface, rays: &PixelRays, toward_light: DVec3) -> Self {
+    fn of(index: usize, surface: Surface, rays: &PixelRays, toward_light: DVec3, rim_mm: f64) -> Self {
         let to_index = surface.grid.world_to_index();
         let normals = to_index.matrix3.transpose();
         let largest = normals.to_cols_array().iter().fold(0.0_f64, |m, c| m.max(c.abs()));
@@ -61,6 +63,7 @@ impl Placement {
             to_light: to_index.matrix3 * toward_light,
             normal_to_world: (normals * (1.0 / largest)).as_mat3(),
             gradient_to_world: normals.as_mat3(),
+            rim_units: surface.solid.as_ref().map_or(0.0, |solid| (rim_mm / solid.unit_mm()) as f32),
             surface,
         }
     }
@@ -185,7 +188,11 @@ impl Frame {
             let appearance = Appearance::of(scene, index, &surface, &volumes[index], frame.step_mm, window);
             let sees_everywhere = frame.has_solver && appearance.shows_faces || scene.is_slice();
             let skip = Skip::of(maps, scene, (&surface, &appearance.levels), sees_everywhere, depths, raster);
-            FrameLayer { placement: Placement::of(index, surface, &frame.based_rays, scene.toward_light()), skip, appearance }
+            FrameLayer {
+                placement: Placement::of(index, surface, &frame.based_rays, scene.toward_light(), scene.layers[index].rim_mm()),
+                skip,
+                appearance,
+            }
         };
         frame.layers = surfaces.into_iter().map(layer).collect();
         Ok(frame)

@@ -37,7 +37,9 @@ pub use modes::{Gather, Mode, RayValue, Setting};
 pub use named::Named;
 pub use picture::{MOST_VOLUMES, Picture};
 pub use roots::{PerVoxel, Solver, Steps};
-pub use scene::{BACKGROUND, CutFace, Integrator, Layer, Light, Normals, PER_VOXEL, Reconstruction, Scene, SceneError, Shell, Window};
+pub use scene::{
+    BACKGROUND, CutFace, Integrator, Layer, Light, Normals, PER_VOXEL, Reconstruction, Scene, SceneError, Shell, Window, Within,
+};
 pub use skip::DistanceMap;
 pub use slice::{BodyPlane, Contour, Slab, Slice, WIDEST_CONTOUR_PX, stroke, view_of_plane};
 pub use still::{MOST_SAMPLES, Still};

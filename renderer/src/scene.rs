@@ -8,7 +8,7 @@ use crate::roots::{Method, Solver};
 use crate::slice::{Slice, WIDEST_CONTOUR_PX};
 use crate::studio::Studio;
 use crate::transfer::{Control, TransferFunction, lowest_visible};
-use bregma_field::{Bounds, Clip, Covariance, GridError, Measured, Surface, Unit, Volume};
+use bregma_field::{Bounds, Clip, Covariance, GridError, Measured, Solid, Surface, Unit, Volume};
 use glam::{DAffine3, DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -150,6 +150,43 @@ pub struct Layer {
     /// How sure the registration is, where it is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub covariance: Option<Covariance>,
+    /// The part of the scan that is meant; all of it when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub within: Option<Within>,
+}
+
+/// A part of a scan, and what is done with it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Within {
+    /// Its name.
+    pub part: String,
+    /// Only what lies within it is kept; else only what does not.
+    #[serde(default = "yes", skip_serializing_if = "is_yes")]
+    pub keeps: bool,
+    /// How far it is grown, mm; shrunk where negative.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub grow_mm: f64,
+    /// How far behind its face bone is shaded by a blend of the two normals, mm.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub rim_mm: f64,
+    /// Whether what is measured is of the part, too, and not only what is seen.
+    #[serde(default = "yes", skip_serializing_if = "is_yes")]
+    pub measures: bool,
+    /// The space that is kept, on the scan's samples, once it has been found.
+    #[serde(skip)]
+    pub solid: Option<Arc<Solid>>,
+}
+
+fn yes() -> bool {
+    true
+}
+
+fn is_yes(yes: &bool) -> bool {
+    *yes
+}
+
+fn is_zero(n: &f64) -> bool {
+    *n == 0.0
 }
 
 /// What agrees, where two scans are compared.
@@ -159,6 +196,16 @@ pub(crate) const AGREED: Color = Color(BONE);
 const COLORS: [[f32; 3]; 4] = [BONE, [0.25, 0.75, 0.92], [0.85, 0.25, 0.6], [0.95, 0.75, 0.3]];
 
 impl Layer {
+    /// The space that is kept of it; none where all of it is.
+    pub fn solid(&self) -> Option<Arc<Solid>> {
+        self.within.as_ref().and_then(|within| within.solid.clone())
+    }
+
+    /// How far behind the face of its part normals are blended, mm.
+    pub(crate) fn rim_mm(&self) -> f64 {
+        self.within.as_ref().map_or(0.0, |within| within.rim_mm)
+    }
+
     /// The layer that the volume opens with as number `index` of `count`.
     pub fn new(volume: &Volume, index: usize, count: usize) -> Self {
         // One skull looks best as bone; in company A is cyan and B is magenta.
@@ -174,6 +221,7 @@ impl Layer {
             transform: DAffine3::IDENTITY,
             residual_mm: None,
             covariance: None,
+            within: None,
         }
     }
 }
@@ -350,6 +398,12 @@ pub enum SceneError {
     /// Colours from nothing to nothing.
     #[error("the depths between its surfaces have no range, or one that does not end")]
     Depths,
+    /// A part of which nothing is known.
+    #[error("the space of one of its parts has not been found")]
+    Part,
+    /// What fetches filtered samples reads no cells.
+    #[error("the solver filter draws whole scans only, and no part of one")]
+    FilteredPart,
     /// A slice of no thickness that there is, or contours wider than pictures.
     #[error("its slice is thinner than nothing, or its contours are not between 0 and 64 pixels wide")]
     Slice,
@@ -402,7 +456,11 @@ impl Scene {
         let fov_deg = if let Projection::Perspective { fov_deg } = self.camera.projection { fov_deg } else { 30.0 };
         let per_voxel = if let Integrator::Steps { per_voxel, .. } = self.integrator { per_voxel } else { 1.0 };
         let of_none = self.clips.iter().flat_map(|clip| clip.layers.iter().flatten()).any(|n| *n >= self.layers.len());
+        let mut parts = self.layers.iter().filter_map(|l| l.within.as_ref());
+        let filters_part = self.method() == Method::Solver(Solver::Filter) && parts.clone().next().is_some();
         let flaws = [
+            (parts.any(|within| within.solid.is_none()), SceneError::Part),
+            (filters_part, SceneError::FilteredPart),
             (!self.clips.iter().all(Clip::is_sound), SceneError::Cut),
             (of_none, SceneError::CutOfNone),
             (!opacities.all(share) || !share(self.depth_cue), SceneError::Opacity),
@@ -441,7 +499,9 @@ impl Scene {
     fn surfaces_at(&self, volumes: &[Arc<Volume>], iso: impl Fn(&Layer, &Volume) -> f64) -> Result<Vec<(usize, Surface)>, GridError> {
         let visible = self.layers.iter().zip(volumes).enumerate().filter(|(_, (layer, _))| layer.visible);
         visible
-            .map(|(i, (layer, volume))| Ok((i, Surface::new(volume, iso(layer, volume), layer.transform)?.cut(&self.clips, i))))
+            .map(|(i, (layer, volume))| {
+                Ok((i, Surface::new(volume, iso(layer, volume), layer.transform)?.cut(&self.clips, i).within(layer.solid())))
+            })
             .collect()
     }
 

@@ -42,6 +42,7 @@ impl<S: Simd> Hit<S> {
         self.local = axes!(a => new.select(other.local[a], self.local[a]));
         self.met.face = axes!(a => self.met.face[a] | other.met.face[a] & new);
         self.met.start |= other.met.start & new;
+        self.met.solid |= other.met.solid & new;
     }
 }
 
@@ -52,23 +53,25 @@ pub(crate) struct Met<S: Simd> {
     pub face: [Mask<S>; 3],
     /// Where the line begins: the viewer stands inside bone, or it is cut there.
     pub start: Mask<S>,
+    /// The face that a solid cuts the bone with.
+    pub solid: Mask<S>,
 }
 
 impl<S: Simd> Met<S> {
     #[inline(always)]
     pub fn isosurface(simd: S) -> Self {
         let none = Mask::splat(simd, false);
-        Self { face: [none; 3], start: none }
+        Self { face: [none; 3], start: none, solid: none }
     }
 
     #[inline(always)]
     pub fn only(self, of: Mask<S>) -> Self {
-        Self { face: axes!(a => self.face[a] & of), start: self.start & of }
+        Self { face: axes!(a => self.face[a] & of), start: self.start & of, solid: self.solid & of }
     }
 
     #[inline(always)]
     pub fn is_isosurface(self) -> Mask<S> {
-        !(self.face[0] | self.face[1] | self.face[2] | self.start)
+        !(self.face[0] | self.face[1] | self.face[2] | self.start | self.solid)
     }
 }
 
@@ -274,6 +277,6 @@ impl Field<'_> {
             let outermost = pace.forward[a].select(Ints::splat(simd, 0), Ints::splat(simd, self.dims[a] - 1));
             at.entry[a] & (at.brick[a] * BRICK as i32 + at.p[a].to_int::<Ints<S>>()).simd_eq(outermost)
         });
-        Met { face, start: !(at.entry[0] | at.entry[1] | at.entry[2]) }
+        Met { face, start: !(at.entry[0] | at.entry[1] | at.entry[2]), solid: Mask::splat(simd, false) }
     }
 }

@@ -4,6 +4,7 @@
 
 use super::brick::{FAR, Hit, InBrick, Met, Pace, least};
 use super::volume::Field;
+use super::within;
 use crate::lanes::{Floats, Ints, Mask, Vecs, axes, lerp};
 use crate::roots::{self, Entry, Method, spline, voxels};
 use fearless_simd::Simd;
@@ -15,13 +16,15 @@ pub(crate) struct Place<S: Simd> {
     cell: Vecs<S>,
     pub t: Floats<S>,
     entry: [Mask<S>; 3],
+    /// The first part of the cell's way within the solid is behind.
+    is_second: Mask<S>,
 }
 
 impl<S: Simd> Place<S> {
     #[inline(always)]
     pub fn nowhere(simd: S) -> Self {
         let (zero, none) = (Floats::splat(simd, 0.0), Mask::splat(simd, false));
-        Self { cell: [zero; 3], t: zero, entry: [none; 3] }
+        Self { cell: [zero; 3], t: zero, entry: [none; 3], is_second: none }
     }
 
     /// The cells in which rays enter bricks, from the first to the last that can hold the surface along each side.
@@ -36,6 +39,7 @@ impl<S: Simd> Place<S> {
         });
         self.t = at.rays.select(at.t, self.t);
         self.entry = axes!(a => self.entry[a] & !at.rays);
+        self.is_second &= !at.rays;
     }
 
     /// Takes the rays of `of` to the next cell.
@@ -47,6 +51,7 @@ impl<S: Simd> Place<S> {
         });
         self.t = of.select(t, self.t);
         self.entry = axes!(a => (self.entry[a] & !of) | (axis[a] & of));
+        self.is_second &= !of;
     }
 }
 
@@ -80,7 +85,7 @@ pub(super) fn advance<S: Simd>(simd: S, field: &Field<'_>, pace: &Pace<S>, at: &
     }
 }
 
-/// Rays on their way through cells.
+/// Rays on their way through cells, or through what of these lies within a solid.
 ///
 /// ```text
 ///   s[0] ┌────────────┐
@@ -99,8 +104,14 @@ pub(crate) struct CellPass<S: Simd> {
     pub end: Vecs<S>,
     /// The depths of that, behind the base plane, mm.
     pub s: [Floats<S>; 2],
+    /// The same from the brick's s on.
+    pub t: [Floats<S>; 2],
     /// Which cells are the first in their bricks.
     pub is_first: Mask<S>,
+    /// Which ways begin at a face that the solid cuts.
+    pub at_face: Mask<S>,
+    /// Which have a part within the solid.
+    pub there: Mask<S>,
 }
 
 impl<S: Simd> CellPass<S> {
@@ -108,7 +119,8 @@ impl<S: Simd> CellPass<S> {
     pub fn nowhere(simd: S) -> Self {
         let zero = Floats::splat(simd, 0.0);
         let (cell, none) = ([Ints::splat(simd, 0); 3], Mask::splat(simd, false));
-        Self { cell, f: [zero; 8], start: [zero; 3], end: [zero; 3], s: [zero; 2], is_first: none }
+        let both = [zero; 2];
+        Self { cell, f: [zero; 8], start: [zero; 3], end: [zero; 3], s: both, t: both, is_first: none, at_face: none, there: none }
     }
 
     /// Takes over those of `new` in the lanes of `of`.
@@ -121,7 +133,10 @@ impl<S: Simd> CellPass<S> {
         self.start = axes!(a => of.select(new.start[a], self.start[a]));
         self.end = axes!(a => of.select(new.end[a], self.end[a]));
         self.s = [of.select(new.s[0], self.s[0]), of.select(new.s[1], self.s[1])];
+        self.t = [of.select(new.t[0], self.t[0]), of.select(new.t[1], self.t[1])];
         self.is_first = (self.is_first & !of) | (new.is_first & of);
+        self.at_face = (self.at_face & !of) | (new.at_face & of);
+        self.there = (self.there & !of) | (new.there & of);
     }
 
     /// Ends where nothing more is asked for.
@@ -138,7 +153,8 @@ impl<S: Simd> CellPass<S> {
     }
 }
 
-/// The way of the rays of `of` through the cells that they are in, each read and left for the next.
+/// The way of the rays of `of` through the cells that they are in, each read and left for the next; of what lies within a solid one part after
+/// the other.
 #[inline(always)]
 pub(super) fn cross_cell<S: Simd>(
     simd: S,
@@ -163,10 +179,21 @@ pub(super) fn cross_cell<S: Simd>(
         point(pace, at, t_exit, cell[a], a, axis[a], face)
     });
     let (start, end) = (axes!(a => p[a] - cell[a]), axes!(a => q[a] - cell[a]));
-    place.step(pace, t_exit, &axis, of);
     // Where the line begins is the same number for all volumes: cuts of several meet there.
     let begins = is_first & !(at.entry[0] | at.entry[1] | at.entry[2]);
-    CellPass { cell: corner, f, start, end, s: [begins.select(at.begin, at.s + t), at.s + t_exit], is_first }
+    let s = [begins.select(at.begin, at.s + t), at.s + t_exit];
+    let whole = CellPass { cell: corner, f, start, end, s, t: [t, t_exit], is_first, at_face: Mask::splat(simd, false), there: of };
+    let Some(parts) = field.solid.and_then(
+        #[inline(always)]
+        |solid| within::parts(simd, solid, &whole, of),
+    ) else {
+        place.step(pace, t_exit, &axis, of);
+        return whole;
+    };
+    let (part, again) = parts.take(whole, place.is_second);
+    place.step(pace, t_exit, &axis, of & !again);
+    place.is_second |= of & again;
+    part
 }
 
 /// The first entries within the cells of the rays of `of`; where there is none, the place is the next cell.
@@ -180,8 +207,8 @@ pub(super) fn solve<S: Simd>(
     place: &mut Place<S>,
     of: Mask<S>,
 ) -> Hit<S> {
-    let t = place.t;
-    let CellPass { cell, f, start, end, is_first, .. } = cross_cell(simd, field, pace, at, place, of);
+    let CellPass { cell, f, start, end, t, is_first, at_face, there, .. } = cross_cell(simd, field, pace, at, place, of);
+    let of = of & there;
     let Entry { found, u } = match method {
         Some(Method::Solver(solver)) => roots::first_entry(simd, solver, &f, &start, &end, of),
         Some(Method::Spline) => {
@@ -194,9 +221,9 @@ pub(super) fn solve<S: Simd>(
         }
     };
     let at_entry = found & u.simd_eq(0.0) & is_first;
-    let met = if at_entry.any_true() { field.met_at_entry(simd, pace, at).only(at_entry) } else { Met::isosurface(simd) };
-    // The place is behind the cell now.
-    let s = met.start.select(at.begin, at.s + t + u * (place.t - t));
+    let mut met = if at_entry.any_true() { field.met_at_entry(simd, pace, at).only(at_entry) } else { Met::isosurface(simd) };
+    met.solid = found & u.simd_eq(0.0) & at_face & met.is_isosurface();
+    let s = met.start.select(at.begin, at.s + t[0] + u * (t[1] - t[0]));
     Hit { found, s, cell, local: lerp(&start, &end, u), met }
 }
 

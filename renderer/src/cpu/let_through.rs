@@ -47,6 +47,8 @@ fn let_through<S: Simd>(simd: S, view: &View<'_, S>, s: Floats<S>, asked: Mask<S
             // What the light is on its way in from the start on it has not come into.
             let starts = cell.is_first & cell.s[0].simd_eq(kept.begin) & !kept.is_cut;
             above = starts.select(count_levels(simd, &layer.appearance.levels, cubic[0]), above);
+            // Behind a gap that the solid leaves nothing is known of the side before.
+            above = (walking & cell.at_face).select(Ints::splat(simd, 0), above);
             let mut next = next_crossing(simd, &layer.appearance.levels, &cubic, above, [zero, one], walking, walking);
             while next.there.any_true() {
                 let Pending { u, there, rises, at_entry } = next;

@@ -33,6 +33,7 @@ pub(crate) mod transparent;
 mod traveller;
 pub(crate) mod volume;
 mod walk;
+pub(crate) mod within;
 
 use crate::frame::Frame;
 use crate::lanes::{Doubles, Floats, axes, numbers};
@@ -204,7 +205,7 @@ fn project_band<S: Simd>(simd: S, frame: &Frame, sought: Sought, [width, y0]: [u
             let found = simd.vectorize(
                 #[inline(always)]
                 || {
-                    if sought.is_sum() && field.has_numbers() {
+                    if sought.is_sum() && field.has_numbers() && field.solid.is_none() {
                         integrals(simd, &field, &ways)
                     } else {
                         project(simd, sought, layer, &field, &ways)

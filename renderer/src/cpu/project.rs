@@ -62,7 +62,7 @@ pub(super) fn project<S: Simd>(simd: S, sought: Sought, layer: &FrameLayer, fiel
     let mut all = Vec::with_capacity(packets.len());
     for way in packets {
         all.push(match sought.of.extreme() {
-            Some(side) if !sought.by_gradient && !sought.in_range => extreme(simd, side, layer, field, way),
+            Some(side) if !sought.by_gradient && !sought.in_range && field.solid.is_none() => extreme(simd, side, layer, field, way),
             _ => of_cells(simd, sought, layer, field, way),
         });
     }

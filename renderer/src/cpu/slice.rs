@@ -9,6 +9,7 @@ use super::packets::{Pixels, packets};
 use super::project::{Sought, Way, project};
 use super::sides::Sides;
 use super::volume::{Field, line_of, world_line_of};
+use super::within::holds;
 use crate::camera::PixelAffine;
 use crate::frame::{Frame, FrameLayer};
 use crate::lanes::{Doubles, Floats, Ints, LANES, Mask, Vecs, axes, numbers};
@@ -216,6 +217,9 @@ impl<'a> Plane<'a> {
         }
         let cell = axes!(a => p[a].floor().to_int::<Ints<S>>().max(0).min(dims[a] - 2));
         let local = axes!(a => (at[a] - Doubles::of(cell[a].to_float())).to_floats().max(0.0).min(1.0));
+        if let Some(solid) = self.field.solid {
+            is &= holds(simd, solid, &cell, &local, is);
+        }
         Points { is, cell, local }
     }
 

@@ -5,6 +5,7 @@
 
 use super::brick::{Hit, InBrick, Met, Pace};
 use super::volume::Field;
+use super::within::holds;
 use crate::lanes::{Floats, Ints, Mask, Vecs, axes, dot, lerp};
 use crate::roots::{inside, trilinear};
 use fearless_simd::Simd;
@@ -55,10 +56,13 @@ fn cell_of<S: Simd>(field: &Field<'_>, corner: &[Ints<S>; 3], p: &Vecs<S>) -> ([
     (cell, local)
 }
 
+/// Outside of a solid as far outside as it would be inside: its face is taken to lie in the middle of a step.
 #[inline(always)]
 fn value<S: Simd>(simd: S, field: &Field<'_>, corner: &[Ints<S>; 3], p: &Vecs<S>, of: Mask<S>) -> Floats<S> {
     let (cell, local) = cell_of(field, corner, p);
-    trilinear(&field.corners(simd, &cell, of), &local)
+    let value = trilinear(&field.corners(simd, &cell, of), &local);
+    let Some(solid) = field.solid else { return value };
+    holds(simd, solid, &cell, &local, of).select(value, -value.abs().max(f32::MIN_POSITIVE))
 }
 
 #[inline(always)]

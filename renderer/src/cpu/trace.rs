@@ -10,6 +10,7 @@ use super::line::{Line, Part};
 use super::nearest::Drawn;
 use super::packets::Pixels;
 use super::volume::{Field, line_of, toward_viewer, world_line_of};
+use super::within::rim;
 use crate::frame::{Frame, FrameLayer};
 use crate::lanes::{Floats, Vecs, axes};
 use crate::roots::{Method, spline, voxels};
@@ -81,10 +82,17 @@ fn world_normal<S: Simd>(
         Normals::Smooth => field.source.smooth_gradient(simd, field.dims, &hits.cell, &hits.local, hits.found, &mut Around::unknown(simd)),
         Normals::Analytic => gradient(&field.corners(simd, &hits.cell, hits.found), &hits.local),
     };
+    let direction = axes!(a => lines.direction[a].to_floats());
+    let surface = match field.solid {
+        Some(solid) => {
+            let rim_units = layer.placement.rim_units;
+            rim(simd, (solid, rim_units), (&hits.cell, &hits.local), &surface, (&direction, hits.met.solid), hits.found)
+        }
+        None => surface,
+    };
     // Of the box's face: against the ray.
     let (zero, one) = (Floats::splat(simd, 0.0), Floats::splat(simd, 1.0));
-    let is_surface = hits.met.is_isosurface();
-    let direction = axes!(a => lines.direction[a].to_floats());
+    let is_surface = hits.met.is_isosurface() | hits.met.solid;
     let index = axes!(a => {
         let face = hits.met.face[a].select(one.copysign(-direction[a]), zero);
         is_surface.select(surface[a], face)

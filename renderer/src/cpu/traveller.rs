@@ -9,6 +9,7 @@ use super::gradient::{Around, gradient};
 use super::ray::View;
 use super::volume::{Field, toward_viewer};
 use super::walk::{Walk, next_cell};
+use super::within::rim;
 use crate::frame::FrameLayer;
 use crate::lanes::{Floats, Ints, Mask, Vecs, axes, lerp};
 use crate::roots::bernstein::bernstein;
@@ -91,6 +92,8 @@ impl<S: Simd> Traveller<'_, S> {
                     |n| arrived.select(cubic[n], self.cubic[n]),
                 );
             }
+            // Behind a gap that the solid leaves nothing is known of the side before.
+            self.above = (arrived & new.at_face).select(Ints::splat(simd, 0), self.above);
             self.around.known &= !arrived;
             self.has |= arrived;
             self.fresh |= arrived;
@@ -143,6 +146,14 @@ impl<S: Simd> Traveller<'_, S> {
             Normals::Analytic => gradient(&self.cell.f, &local),
         };
         let direction = self.walk.rays.pace.direction;
+        let index = match self.field.solid {
+            Some(solid) => {
+                let at_face = self.cell.at_face & u.simd_eq(0.0);
+                let rim_units = self.layer.placement.rim_units;
+                rim(simd, (solid, rim_units), (&self.cell.cell, &local), &index, (&direction, at_face), of)
+            }
+            None => index,
+        };
         toward_viewer(simd, self.layer, &index, &direction)
     }
 
@@ -151,7 +162,7 @@ impl<S: Simd> Traveller<'_, S> {
     #[inline(always)]
     pub fn closing_normal(&self, simd: S, of: Mask<S>) -> (Mask<S>, Vecs<S>) {
         let (zero, one) = (Floats::splat(simd, 0.0), Floats::splat(simd, 1.0));
-        let of = of & self.cell.is_first;
+        let of = of & self.cell.is_first & !self.cell.at_face;
         let met = self.field.met_at_entry(simd, &self.walk.rays.pace, &self.walk.at).only(of);
         let direction = self.walk.rays.pace.direction;
         let face = axes!(a => met.face[a].select(one.copysign(-direction[a]), zero));

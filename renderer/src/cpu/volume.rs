@@ -8,6 +8,7 @@ use super::samples::Source;
 use crate::frame::{Frame, FrameLayer};
 use crate::lanes::{Floats, Ints, Mask, Vecs, axes, dot};
 use crate::skip::{CellMasks, DistanceMap};
+use bregma_field::Solid;
 use fearless_simd::Simd;
 use fearless_simd::prelude::*;
 
@@ -20,6 +21,8 @@ pub(crate) struct Field<'a> {
     pub masks: &'a CellMasks,
     pub level: f32,
     pub sign: f32,
+    /// Only what lies within it is there.
+    pub solid: Option<&'a Solid>,
 }
 
 impl<'a> Field<'a> {
@@ -34,6 +37,7 @@ impl<'a> Field<'a> {
             masks: &layer.skip.masks,
             level: layer.placement.level,
             sign: layer.placement.surface.sign,
+            solid: layer.placement.surface.solid.as_deref(),
         }
     }
 

@@ -196,15 +196,30 @@ pub(super) fn next_cell<S: Simd>(simd: S, field: &Field<'_>, walk: &mut Walk<'_,
     simd.vectorize(
         #[inline(always)]
         || {
-            let arrived = field.arrive(
-                simd,
-                walk,
-                seeking,
-                every,
-                #[inline(always)]
-                |walk, within| cells::advance(simd, field, &walk.rays.pace, &walk.at, &mut walk.place, within),
-            );
-            (arrived, cells::cross_cell(simd, field, &walk.rays.pace, &walk.at, &mut walk.place, arrived))
+            let (arrived, mut pass) = cell_ahead(simd, field, walk, seeking);
+            // Of some cells nothing lies within the solid.
+            let (mut there, mut seeking) = (arrived & pass.there, arrived & !pass.there);
+            while seeking.any_true() {
+                let (arrived, next) = cell_ahead(simd, field, walk, seeking);
+                pass.take(&next, arrived & next.there);
+                there |= arrived & next.there;
+                seeking = arrived & !next.there;
+            }
+            (there, pass)
         },
     )
+}
+
+/// The same, of which nothing may lie within a solid.
+#[inline(always)]
+fn cell_ahead<S: Simd>(simd: S, field: &Field<'_>, walk: &mut Walk<'_, S>, seeking: Mask<S>) -> (Mask<S>, CellPass<S>) {
+    let arrived = field.arrive(
+        simd,
+        walk,
+        seeking,
+        every,
+        #[inline(always)]
+        |walk, within| cells::advance(simd, field, &walk.rays.pace, &walk.at, &mut walk.place, within),
+    );
+    (arrived, cells::cross_cell(simd, field, &walk.rays.pace, &walk.at, &mut walk.place, arrived))
 }

@@ -27,6 +27,7 @@ bindings! {
     12 SEGMENTS: "Segments of cells to solve.";
     13 SOLVED: "What is found in them.";
     14 SEGMENT_CELLS: "Their corners as a texture.";
+    15 SOLIDS: "The solids that volumes are cut by.";
 }
 
 /// Behind all others: three for each volume.

@@ -2,15 +2,16 @@
 
 use super::blocks::BLOCK_PIXELS;
 use super::layout::{MASKS_ACROSS, UNFINISHED};
+use super::solids::{NO_SOLID, SOLID_BOTH};
 use crate::appearance::FACE_COLORS;
 use crate::color::{self, srgb};
-use crate::cpu::{brick, dvr, dvr_exact, dvr_steps, faces, gauss, let_through, project, segments, slice as plane};
+use crate::cpu::{brick, dvr, dvr_exact, dvr_steps, faces, gauss, let_through, project, segments, slice as plane, within};
 use crate::roots::{analytic, cubic, spline, voxels};
 use crate::scene::CutFace;
 use crate::skip::WORDS;
 use crate::slice;
 use crate::stability::DECIDED_VOXEL;
-use bregma_field::BRICK;
+use bregma_field::{BRICK, solid};
 
 macro_rules! constants {
     ($($name:ident = $value:expr;)*) => {
@@ -27,6 +28,14 @@ constants! {
     MASKS_ACROSS = MASKS_ACROSS as u32;
     WORDS = WORDS as u32;
     STILL = brick::STILL;
+    SMALLEST = f32::MIN_POSITIVE;
+    NO_SOLID = NO_SOLID;
+    SOLID_BOTH = SOLID_BOTH;
+    SOLID_INSIDE = solid::INSIDE;
+    SOLID_FIRST = solid::FIRST;
+    SOLID_FARTHEST = f32::from(i16::MAX);
+    AT_FACE_UNITS = within::AT_FACE_UNITS;
+    NO_PART = within::NO_PART;
     FAR = brick::FAR;
     ON_FACE_VOXEL = faces::ON_FACE_VOXEL;
     FACE_COLORS = FACE_COLORS as u32;

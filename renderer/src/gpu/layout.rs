@@ -89,6 +89,9 @@ pub(super) struct TraceParams {
     pub has_inner: u32,
     pub color: [f32; 3],
     pub contour: f32,
+    // The solid.
+    pub solid: [u32; 3],
+    pub rim_units: f32,
 }
 
 /// `Block` of `shaders/blocks.wgsl`.
@@ -190,7 +193,7 @@ mod tests {
     #[test]
     fn rust_and_wgsl_agree_on_every_offset() {
         // Fails when a field is added, moved or retyped on one side only: the GPU would read noise.
-        let reads = [Reads { component: Component::F32, in_layers: true }];
+        let reads = [Reads { component: Component::F32, in_layers: true, is_cut: false }];
         let (trace, shade) = (link("trace", &[], &reads), link("shade", &[], &[]));
         same_layout!(&trace, "PixelAffine", PixelAffinePairs, [base_hi, base_lo, per_x_hi, per_x_lo, per_y_hi, per_y_lo]);
         same_layout!(
@@ -233,7 +236,9 @@ mod tests {
                 inner,
                 has_inner,
                 color,
-                contour
+                contour,
+                solid,
+                rim_units
             ]
         );
         same_layout!(&trace, "Double", Pair, [hi, lo]);

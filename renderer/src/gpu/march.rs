@@ -63,6 +63,9 @@ impl March {
         let mut entries = [TRACE_PARAMS, SHADE_PARAMS, BLOCKS, EXTRAS].map(|binding| entry(binding, storage(true))).to_vec();
         entries.push(entry(RECORDS, storage(false)));
         entries.extend(reads.iter().enumerate().flat_map(|(n, reads)| texture_entries(n, *reads, false)));
+        if reads.iter().any(|reads| reads.is_cut) {
+            entries.push(entry(bindings::SOLIDS, storage(true)));
+        }
         if reads.iter().any(|reads| reads.in_layers) {
             entries.push(entry(SAMPLER, BindingType::Sampler(SamplerBindingType::NonFiltering)));
         }
@@ -208,6 +211,9 @@ impl GpuRenderer {
                 bound(bindings::EXTRAS, plan.extras.as_entire_binding()),
                 bound(bindings::RECORDS, records.as_entire_binding()),
             ]);
+            if let Some(solids) = &plan.solids {
+                entries.push(bound(bindings::SOLIDS, solids.as_entire_binding()));
+            }
             if plan.volumes.iter().any(|volume| volume.reads.in_layers) {
                 entries.push(bound(bindings::SAMPLER, wgpu::BindingResource::Sampler(&self.pipelines.nearest)));
             }

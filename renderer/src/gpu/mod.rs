@@ -12,6 +12,7 @@ mod pipelines;
 mod plan;
 mod segments;
 mod shader;
+mod solids;
 mod split;
 mod stamps;
 mod upload;
@@ -21,6 +22,7 @@ pub use device::GpuError;
 use march::Integrate;
 use pipelines::{Pipelines, Target};
 use shader::{Reads, link};
+use solids::Solids;
 
 use crate::frame::Frame;
 use crate::modes::{Gather, RayValue};
@@ -90,7 +92,8 @@ fn trace_shader(reads: Reads, method: Method, parts: Parts) -> (String, &'static
     };
     if is_timed {
         filled.retain(|(slot, _)| *slot != "solver");
-        filled.extend([("solver", "unsolved"), ("cubic_entry", "unsolved")]);
+        // What a solid leaves is found by a solver, too.
+        filled.extend([("solver", "unsolved"), ("cubic_entry", "unsolved"), ("part_within", "whole")]);
     }
     if parts == Parts::Walk {
         filled.extend([("samples", "unread"), ("filtered", "unread")]);
@@ -123,6 +126,8 @@ pub struct GpuRenderer {
     filtered: Vec<(Weak<Volume>, wgpu::Texture)>,
     map_textures: Vec<(Weak<DistanceMap>, wgpu::Texture)>,
     mask_textures: Vec<(Weak<CellMasks>, wgpu::Texture)>,
+    /// What the volumes of the last picture were cut by.
+    solids: Option<Solids>,
     target: Option<Target>,
 }
 
@@ -145,6 +150,7 @@ impl GpuRenderer {
             filtered,
             map_textures,
             mask_textures,
+            solids: None,
             target: None,
         })
     }
@@ -254,7 +260,13 @@ mod tests {
             assert!(valid.is_ok(), "{what}: {valid:?}");
         };
         let all_reads = [Component::U32, Component::I32, Component::F32]
-            .map(|component| [false, true].map(|in_layers| Reads { component, in_layers }))
+            .map(|component| {
+                [[false, false], [true, false], [false, true], [true, true]].map(|[in_layers, is_cut]| Reads {
+                    component,
+                    in_layers,
+                    is_cut,
+                })
+            })
             .concat();
         let projections = [(RayValue::Max, true), (RayValue::Max, false), (RayValue::Mean, true), (RayValue::Mean, false)];
         let projections = projections.map(|(of, by_gradient)| Parts::Project { of, by_gradient, in_range: by_gradient });
@@ -267,7 +279,7 @@ mod tests {
                 }
                 for reads in &all_reads {
                     // What hardware filters is float32, in a 3D texture.
-                    if method == Method::Solver(Solver::Filter) && (reads.in_layers || reads.component != Component::F32) {
+                    if method == Method::Solver(Solver::Filter) && (reads.in_layers || reads.is_cut || reads.component != Component::F32) {
                         continue;
                     }
                     let (source, entry, _) = trace_shader(*reads, method, parts);

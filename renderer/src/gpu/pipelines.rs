@@ -72,6 +72,9 @@ impl Pipelines {
         } else if reads.in_layers {
             entries.push(entry(bindings::SAMPLER, BindingType::Sampler(SamplerBindingType::NonFiltering)));
         }
+        if reads.is_cut {
+            entries.push(entry(bindings::SOLIDS, storage(true)));
+        }
         if parts == Parts::Shadow {
             entries.extend([entry(bindings::SHADOWS, storage(false)), entry(bindings::LIGHT_SPANS, storage(true))]);
         }
@@ -105,6 +108,9 @@ impl Pipelines {
             entries.push(bound(bindings::SAMPLER, wgpu::BindingResource::Sampler(&self.filter)));
         } else if volume.reads.in_layers {
             entries.push(bound(bindings::SAMPLER, wgpu::BindingResource::Sampler(&self.nearest)));
+        }
+        if let (Some(solids), true) = (&plan.solids, volume.reads.is_cut) {
+            entries.push(bound(bindings::SOLIDS, solids.as_entire_binding()));
         }
         if let (Some(shadows), Some(light_spans)) = (shadows, &volume.light_spans) {
             entries.extend([

@@ -4,6 +4,7 @@ use super::blocks::{self, BLOCK_PIXELS};
 use super::buffers::{HIT_BYTES, Pixel, filled_buffer};
 use super::layout::{Block, Pair, Part, PixelAffinePairs, ShadeLayer, ShadeParams, TraceParams, padded, padded_matrix};
 use super::shader::{Component, Reads};
+use super::solids::{NO_SOLID, Solids};
 use super::{BATCH, GpuError, GpuRenderer, upload};
 use crate::frame::{Frame, FrameLayer};
 use crate::picture::MOST_VOLUMES;
@@ -33,6 +34,8 @@ pub(super) struct Plan {
     /// Cuts, levels with their paints, tables of steps, gradients with their factors, and colours of faces, of all volumes: `extras` of
     /// `shaders/volume.wgsl`.
     pub extras: wgpu::Buffer,
+    /// What volumes are cut by.
+    pub solids: Option<wgpu::Buffer>,
     /// Blocks in one dispatch.
     pub batch: usize,
 }
@@ -114,11 +117,13 @@ impl GpuRenderer {
         let all = (width.div_ceil(BLOCK) * height.div_ceil(BLOCK)) as usize;
         let batch = all.next_multiple_of(ALIGNED_BLOCKS).min(most / ALIGNED_BLOCKS * ALIGNED_BLOCKS);
         let stride = (batch * BLOCK_PIXELS) as u32;
-        let mut extras = Extras::default();
-        let mut trace = vec![];
+        let solids = self.solids(&layers)?;
+        let (mut extras, mut trace) = (Extras::default(), vec![]);
         for (number, layer) in layers.iter().enumerate() {
-            trace.push(trace_params(frame, scene, layer, [number, layers.len()], stride, &mut extras));
+            let solid = solids.map_or([NO_SOLID, 0, 0], |solids| solids.places[number]);
+            trace.push(TraceParams { solid, ..trace_params(frame, scene, layer, [number, layers.len()], stride, &mut extras) });
         }
+        let solids = solids.map(|solids| solids.buffer.clone());
         let color = |l: &&FrameLayer| ShadeLayer {
             color: l.appearance.color.extend(l.appearance.opacity).to_array(),
             id: l.placement.index as u32 + 1,
@@ -138,6 +143,7 @@ impl GpuRenderer {
             spans: storage(bytemuck::cast_slice(&spans)),
             blocks,
             extras: storage(bytemuck::cast_slice(&extras.0)),
+            solids,
             batch,
         })
     }
@@ -157,16 +163,27 @@ impl GpuRenderer {
         Ok(())
     }
 
+    /// Brings what volumes are cut by to the GPU; none where there is nothing.
+    fn solids(&mut self, layers: &[&FrameLayer]) -> Result<Option<&Solids>, GpuError> {
+        let of: Vec<_> = layers.iter().map(|layer| layer.placement.surface.solid.clone()).collect();
+        if of.iter().all(Option::is_none) {
+            self.solids = None;
+        } else if !self.solids.as_ref().is_some_and(|known| known.are_of(&of)) {
+            self.solids = Some(Solids::new(&self.gpu, of)?);
+        }
+        Ok(self.solids.as_ref())
+    }
+
     /// Brings a layer's volume, and where its surface can be, to the GPU.
     fn volume(&mut self, layer: &FrameLayer, scene: &Scene, has_solver: bool) -> Result<VolumeOnGpu, GpuError> {
         let volume = &layer.placement.surface.volume;
         let (samples, reads) = match scene.method() {
             Method::Solver(Solver::Filter) if has_solver => {
-                (self.filtered_texture(volume)?, Reads { component: Component::F32, in_layers: false })
+                (self.filtered_texture(volume)?, Reads { component: Component::F32, in_layers: false, is_cut: false })
             }
             _ => {
                 let (component, in_layers) = (upload::kind_of(volume).1, upload::has_layers(&self.gpu, volume));
-                (self.sample_texture(volume)?, Reads { component, in_layers })
+                (self.sample_texture(volume)?, Reads { component, in_layers, is_cut: layer.placement.surface.solid.is_some() })
             }
         };
         let map = self.map_texture(&layer.skip.map, &layer.skip.masks)?;
@@ -229,6 +246,8 @@ fn trace_params(
         has_inner: u32::from(appearance.inner.is_some()),
         color: appearance.color.to_array(),
         contour: appearance.contour,
+        solid: [NO_SOLID, 0, 0],
+        rim_units: placement.rim_units,
     }
 }
 

@@ -15,6 +15,8 @@ pub(super) struct Reads {
     pub component: Component,
     /// From an array of 2D textures, not from a 3D texture.
     pub in_layers: bool,
+    /// Of what lies within a solid.
+    pub is_cut: bool,
 }
 
 /// Component types of textures.
@@ -82,6 +84,8 @@ modules![
     "volume",
     "voxels",
     "walk",
+    "whole",
+    "within",
 ];
 
 /// Imports that several files can fill, and the file that does unless a pass says otherwise.
@@ -91,6 +95,7 @@ const SLOTS: &[(&str, &str)] = &[
     ("field_at", "gradient"),
     ("in_brick", "cells"),
     ("integrate", "transparent"),
+    ("part_within", "whole"),
     ("segment_entry", "corner_segments"),
     ("solver", "exact"),
 ];
@@ -98,6 +103,8 @@ const SLOTS: &[(&str, &str)] = &[
 /// The WGSL of module `root` with all that it imports, each once; `filled` says what fills slots, or stands for a file, in this pass over
 /// volumes that are read so.
 pub(super) fn link(root: &str, filled: &[(&str, &str)], volumes: &[Reads]) -> String {
+    let cut = volumes.iter().any(|reads| reads.is_cut).then_some(("part_within", "within"));
+    let filled = &[filled, cut.as_slice()].concat();
     let mut linker = Linker { filled, volumes, linked: vec![], source: String::new() };
     linker.add(root);
     linker.source
@@ -199,7 +206,7 @@ mod tests {
     use super::*;
     use naga::valid::{Capabilities, ValidationFlags, Validator};
 
-    const LAYERS: Reads = Reads { component: Component::I32, in_layers: true };
+    const LAYERS: Reads = Reads { component: Component::I32, in_layers: true, is_cut: false };
 
     #[test]
     fn every_file_parses_with_what_it_imports() {
@@ -210,7 +217,9 @@ mod tests {
         files.sort();
         assert_eq!(files, MODULES.iter().map(|(name, _)| *name).collect::<Vec<_>>());
         for (name, _) in MODULES {
-            let reads = if name.starts_with("filter") { Reads { component: Component::F32, in_layers: false } } else { LAYERS };
+            let reads =
+                if name.starts_with("filter") { Reads { component: Component::F32, in_layers: false, is_cut: false } } else { LAYERS };
+            let reads = Reads { is_cut: *name == "within", ..reads };
             let filled = if ["spline", "voxels"].contains(name) { vec![("cell_entry", *name), ("field_at", *name)] } else { vec![] };
             let source = link(name, &filled, &[reads]);
             let module = naga::front::wgsl::parse_str(&source).unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(&source)));

@@ -1,11 +1,12 @@
 //! Which cells of a brick can hold the surface: one bit for each, so that a ray passes the others without reading a sample.
 
-use super::Walked;
 use super::occupancy::Occupancy;
+use super::{DistanceMap, Walked};
 use crate::InstructionSet;
 use crate::lanes::{Floats, LANES, Mask as LaneMask};
 use crate::roots::inside;
-use bregma_field::{BRICK, Block, RangeBricks, Sample, Store, with_block};
+use bregma_field::solid::Side;
+use bregma_field::{BRICK, Block, RangeBricks, Sample, Solid, Store, with_block};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch};
 use rayon::prelude::*;
@@ -58,10 +59,36 @@ impl CellMasks {
         };
         let mut masks = vec![[0; WORDS]; occupied.len()];
         masks.par_chunks_mut(CHUNK).zip(occupied.par_chunks(CHUNK)).for_each(fill);
+        Self::of(occupancy, dims, slots, masks)
+    }
+
+    /// With what these masks of bricks say.
+    fn of(occupancy: &Occupancy, dims: [usize; 3], slots: Vec<u32>, masks: Vec<Mask>) -> Self {
         let boxes = masks.par_iter().map(box_of).collect();
         let mut all = Self { slots, masks, boxes, exposed: vec![] };
-        all.exposed = occupied.into_par_iter().filter(|&brick| all.is_exposed(occupancy, dims, brick as usize)).collect();
+        all.exposed = occupancy.bricks().into_par_iter().filter(|&brick| all.is_exposed(occupancy, dims, brick as usize)).collect();
         all
+    }
+
+    /// Of cells that can hold the surface those with a corner within a solid; `map` is that of all of them.
+    pub fn within(&self, map: &DistanceMap, solid: &Solid, dims: [usize; 3]) -> (DistanceMap, Self) {
+        let (of, sides) = (map.dims(), solid.sides());
+        let is = map.distances().par_iter().zip(sides).map(|(distance, side)| *distance == 0 && *side != Side::Outside).collect();
+        let occupancy = Occupancy { dims: of, is };
+        let bricks = occupancy.bricks();
+        let mut slots = vec![0; sides.len()];
+        bricks.iter().zip(0..).for_each(|(&brick, slot)| slots[brick as usize] = slot);
+        let mask = |&brick: &u32| {
+            let n = brick as usize;
+            let mask = self.masks[self.slots[n] as usize];
+            if sides[n] == Side::Inside {
+                return mask;
+            }
+            let kept = solid.cells_with_inside([n % of[0], n / of[0] % of[1], n / (of[0] * of[1])]);
+            std::array::from_fn(|word| mask[word] & (kept[word / 2] >> (word % 2 * 32)) as u32)
+        };
+        let (map, masks) = rayon::join(|| DistanceMap::of(&occupancy), || bricks.par_iter().map(mask).collect());
+        (map, Self::of(&occupancy, dims, slots, masks))
     }
 
     /// Whether a brick lies at the border, or next to one, across a face, whose box of cells does not fill it.

@@ -3,7 +3,7 @@
 use super::occupancy::Occupancy;
 use super::{CellMasks, DistanceMap, Walked};
 use crate::InstructionSet;
-use bregma_field::{AnyBlock, RangeBricks, Samples, Store, Surface, Volume, spline};
+use bregma_field::{AnyBlock, RangeBricks, Samples, Solid, Store, Surface, Volume, spline};
 use std::sync::Arc;
 
 /// What is known of the surfaces drawn last: where they can be.
@@ -12,6 +12,8 @@ pub(crate) struct MapCache {
     /// What they are made with.
     instructions: InstructionSet,
     known: Vec<(Arc<Volume>, f64, Walked, Maps)>,
+    /// What solids leave of these.
+    within: Vec<(Arc<Solid>, Maps, Maps)>,
     /// Of the volumes that are drawn as splines the coefficients.
     splines: Vec<(Arc<Volume>, Arc<Volume>)>,
 }
@@ -21,7 +23,7 @@ type Maps = (Arc<DistanceMap>, Arc<CellMasks>);
 impl MapCache {
     /// With nothing known yet.
     pub fn new(instructions: InstructionSet) -> Self {
-        Self { instructions, known: vec![], splines: vec![] }
+        Self { instructions, known: vec![], within: vec![], splines: vec![] }
     }
 
     /// The coefficients of the spline through a volume's samples.
@@ -36,6 +38,22 @@ impl MapCache {
 
     /// Where what is walked to of a surface can be.
     pub fn get(&mut self, surface: &Surface, what: &Walked) -> Maps {
+        let whole = self.of_whole(surface, what);
+        let Some(solid) = &surface.solid else { return whole };
+        let is_same = |(of, from, _): &&(Arc<Solid>, Maps, Maps)| Arc::ptr_eq(of, solid) && Arc::ptr_eq(&from.1, &whole.1);
+        if let Some((.., maps)) = self.within.iter().find(is_same) {
+            return maps.clone();
+        }
+        // A solid that is worked on has another shape in each picture.
+        self.within.retain(|(_, from, _)| !Arc::ptr_eq(&from.1, &whole.1));
+        let (map, masks) = whole.1.within(&whole.0, solid, surface.volume.grid().dims());
+        let maps = (Arc::new(map), Arc::new(masks));
+        self.within.push((Arc::clone(solid), whole, maps.clone()));
+        maps
+    }
+
+    /// The same, whatever cuts leave.
+    fn of_whole(&mut self, surface: &Surface, what: &Walked) -> Maps {
         let known = self.known.iter().find(|(v, level, walked, _)| is_of(surface, v, *level) && walked == what);
         if let Some((.., maps)) = known {
             return maps.clone();
@@ -65,7 +83,8 @@ impl MapCache {
 
     /// Memory that they take.
     pub fn bytes(&self) -> usize {
-        let maps = self.known.iter().map(|(.., (map, masks))| map.bytes() + masks.bytes());
+        let all = self.known.iter().map(|(.., maps)| maps).chain(self.within.iter().map(|(.., maps)| maps));
+        let maps = all.map(|(map, masks)| map.bytes() + masks.bytes());
         let splines = self.splines.iter().map(|(_, spline)| spline.sample_bytes() + spline.index_bytes());
         maps.sum::<usize>() + splines.sum::<usize>()
     }
@@ -77,6 +96,8 @@ impl MapCache {
         let is_drawn = |volume: &Arc<Volume>, level| surfaces.iter().any(|(_, s)| is_of(s, volume, level));
         let has_newer = |volume: &Arc<Volume>| surfaces.iter().any(|(_, s)| Arc::ptr_eq(&s.volume, volume));
         self.known.retain(|(v, level, ..)| is_drawn(v, *level) || is_spline(v) && !has_newer(v));
+        let known = &self.known;
+        self.within.retain(|(_, from, _)| known.iter().any(|(.., maps)| Arc::ptr_eq(&maps.1, &from.1)));
     }
 }
 

@@ -36,7 +36,7 @@ impl Walked {
     /// Of a surface whose layer has these levels.
     fn of(scene: &Scene, surface: &Surface, levels: &[f32]) -> Self {
         // Rays that begin within bone know by the cells that they begin in on which side of each level they are.
-        let begins_inside = scene.shadows || !surface.region.is_all() || spans::begins_inside(&surface.grid, &scene.camera);
+        let begins_inside = scene.shadows || !surface.is_whole() || spans::begins_inside(&surface.grid, &scene.camera);
         if !scene.goes_through_surfaces() || begins_inside {
             return Self::Inside;
         }

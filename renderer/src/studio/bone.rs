@@ -8,6 +8,7 @@ use crate::cpu::gradient::both_gradients;
 use crate::cpu::line::{Line, Part};
 use crate::cpu::samples::Source;
 use crate::cpu::volume::Field;
+use crate::cpu::within::rim;
 use crate::lanes::{Doubles, Floats, Mask, Vecs, axes, dot};
 use crate::roots::{Method, Solver};
 use crate::scene::{CutFace, Normals, Scene};
@@ -33,6 +34,8 @@ struct Piece {
     normal_to_world: Mat3,
     /// Linear.
     color: Vec3,
+    /// How far behind the face of its solid normals are blended, in the solid's units.
+    rim_units: f32,
 }
 
 /// All visible surfaces of a scene, opaque.
@@ -95,6 +98,7 @@ impl Bone {
                 to_world: surface.grid.index_to_world(),
                 normal_to_world: (normals * (1.0 / largest)).as_mat3(),
                 color: scene.layers[index].color.linear(),
+                rim_units: surface.solid.as_ref().map_or(0.0, |solid| (scene.layers[index].rim_mm() / solid.unit_mm()) as f32),
                 surface,
             }
         };
@@ -156,6 +160,7 @@ impl Piece {
             masks: &self.masks,
             level: self.surface.level as f32,
             sign: self.surface.sign,
+            solid: self.surface.solid.as_deref(),
         }
     }
 
@@ -204,8 +209,17 @@ impl Piece {
         let (zero, one) = (Floats::splat(simd, 0.0), Floats::splat(simd, 1.0));
         let field = self.field();
         let [own, smooth] = both_gradients(simd, field.source, field.dims, &hit.cell, &hit.local, hit.found, normals == Normals::Smooth);
-        let is_surface = hit.met.is_isosurface();
+        let is_surface = hit.met.is_isosurface() | hit.met.solid;
         let along = axes!(a => lines.direction[a].to_floats());
+        let [own, smooth] = match field.solid {
+            Some(solid) => {
+                let of_face = |surface: &Vecs<S>, rim_units: f32| {
+                    rim(simd, (solid, rim_units), (&hit.cell, &hit.local), surface, (&along, hit.met.solid), hit.found)
+                };
+                [of_face(&own, 0.0), of_face(&smooth, self.rim_units)]
+            }
+            None => [own, smooth],
+        };
         // Against the ray on the face of a box; on a cut that cut's own; against the ray where it begins in bone.
         let in_world = |gradient: &Vecs<S>| {
             let index = axes!(a => is_surface.select(gradient[a], hit.met.face[a].select(one.copysign(-along[a]), zero)));

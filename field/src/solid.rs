@@ -1,0 +1,332 @@
+//! A region of space on the samples of a scan's grid, whose surface is trilinear as the scan's is: the bone that is meant.
+//!
+//! How far within it each sample lies is kept on blocks of samples near its surface; the others keep one side for all. So memory grows with its
+//! area, and in each cell its surface along a ray is one more cubic. (Narrow bands of level sets on blocks: Houston and others, "Hierarchical
+//! RLE level set", ACM TOG 25 (2006); Museth, "VDB", ACM TOG 32 (2013).)
+
+use crate::interpolant;
+use bregma_volume::{BRICK, Cancelled, Grid, IndexPoint, Progress};
+use glam::{DVec3, USizeVec3};
+use rayon::prelude::*;
+use std::fmt;
+
+/// Samples of a block.
+const SAMPLES: usize = BRICK * BRICK * BRICK;
+
+/// A block of samples with distances, i fastest, in units of [`Solid::unit_mm`]; positive inside.
+type Block = [i16; SAMPLES];
+
+/// A sample nearer than this to the surface has its distance kept, in the finest voxel's length: all corners of the cells that the surface
+/// passes (√3), and of those that it passes when it is moved by two voxels.
+pub const BAND_VOXEL: f64 = 4.0;
+
+/// Distances are cut off here, in the finest voxel's length: no sample of a block that is kept need be farther, and 16 bits resolve a
+/// four-thousandth of a voxel.
+const FARTHEST_VOXEL: f64 = 8.0;
+
+/// What stands for a block of samples without distances of its own, all outside.
+const OUTSIDE: u32 = 0;
+/// All inside.
+pub const INSIDE: u32 = 1;
+/// Numbers from here on count blocks with distances.
+pub const FIRST: u32 = 2;
+
+/// Blocks that are made at a time: some megabytes.
+const AT_ONCE: usize = 8192;
+
+/// A region of space, on the samples of a grid.
+#[derive(Clone, PartialEq)]
+pub struct Solid {
+    dims: [usize; 3],
+    unit_mm: f64,
+    /// For each block, i fastest, [`OUTSIDE`], [`INSIDE`] or [`FIRST`] and the block's number.
+    slots: Vec<u32>,
+    blocks: Vec<Block>,
+    /// Of the cells of each brick of the grid, i fastest.
+    sides: Vec<Side>,
+}
+
+/// Which side of a solid cells lie on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// All outside.
+    Outside,
+    /// All inside.
+    Inside,
+    /// Its surface may pass between them.
+    Both,
+}
+
+// Its unit is a number.
+impl Eq for Solid {}
+
+impl fmt::Debug for Solid {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Solid({:?}, {} blocks)", self.dims, self.blocks.len())
+    }
+}
+
+impl Solid {
+    /// Of how far within it points of index space are, mm, positive inside: a function that changes by at most a mm per mm.
+    pub fn of(grid: &Grid, distance_mm: impl Fn(IndexPoint) -> f64 + Sync) -> Self {
+        let reach_mm = (grid.index_to_world().matrix3 * DVec3::splat(BRICK as f64 / 2.0))
+            .length()
+            .max(grid.spacing_mm().length() * BRICK as f64 / 2.0);
+        let middle = DVec3::splat((BRICK - 1) as f64 / 2.0);
+        let at = |p: DVec3| distance_mm(IndexPoint(p));
+        let side = |corner: USizeVec3, band_mm: f64| {
+            let far = at(corner.as_dvec3() + middle);
+            (far.abs() > reach_mm + band_mm).then_some(far > 0.0)
+        };
+        Self::build(grid, &Progress::default(), side, |sample| at(sample.as_dvec3())).expect("nobody cancels it")
+    }
+
+    /// Of the distance of each sample, i fastest, mm, positive inside.
+    ///
+    /// # Panics
+    /// Where there are not as many distances as samples.
+    pub fn of_distances(grid: &Grid, distances_mm: &[f32], progress: &Progress) -> Result<Self, Cancelled> {
+        let [nx, ny, nz] = grid.dims();
+        assert_eq!(distances_mm.len(), nx * ny * nz, "a distance for each sample");
+        Self::build(grid, progress, |_, _| None, |at| f64::from(distances_mm[(at.z * ny + at.y) * nx + at.x]))
+    }
+
+    /// Block by block: the side that `side` knows of a block whose first sample this is, if all of it is farther than the band, or the distances
+    /// of its samples.
+    fn build(
+        grid: &Grid,
+        progress: &Progress,
+        side: impl Fn(USizeVec3, f64) -> Option<bool> + Sync,
+        distance_mm: impl Fn(USizeVec3) -> f64 + Sync,
+    ) -> Result<Self, Cancelled> {
+        let dims = grid.dims();
+        let finest_mm = grid.spacing_mm().min_element();
+        let (band_mm, unit_mm) = (BAND_VOXEL * finest_mm, FARTHEST_VOXEL * finest_mm / f64::from(i16::MAX));
+        let (count, last) = (blocks_of(dims), USizeVec3::from(dims) - 1);
+        let whole = |inside: bool| if inside { INSIDE } else { OUTSIDE };
+        let one = |n: usize| {
+            progress.advance(1)?;
+            let corner = USizeVec3::from(place_of(n, count)) * BRICK;
+            if let Some(inside) = side(corner, band_mm) {
+                return Ok(Err(whole(inside)));
+            }
+            let (mut block, mut nearest_mm) = ([0; SAMPLES], f64::INFINITY);
+            for (m, units) in block.iter_mut().enumerate() {
+                // Beyond the grid as at its border.
+                let mm = distance_mm((corner + USizeVec3::from(place_of(m, [BRICK; 3]))).min(last));
+                let rounded = (mm / unit_mm).round().clamp(-f64::from(i16::MAX), f64::from(i16::MAX)) as i16;
+                // A sample on the surface is inside; one that is not stays on its side.
+                *units = if rounded == 0 && mm < 0.0 { -1 } else { rounded };
+                nearest_mm = nearest_mm.min(mm.abs());
+            }
+            let inside = block[0] >= 0;
+            let is_far = nearest_mm > band_mm && block.iter().all(|units| (*units >= 0) == inside);
+            Ok(if is_far { Err(whole(inside)) } else { Ok(block) })
+        };
+        // Some at a time, as a block that turns out to be of one side need not be kept until all are known.
+        let mut solid = Self::empty(dims, unit_mm);
+        for first in (0..count.iter().product()).step_by(AT_ONCE) {
+            let end = (first + AT_ONCE).min(count.iter().product());
+            let some: Vec<Result<Block, u32>> = (first..end).into_par_iter().map(one).collect::<Result<_, Cancelled>>()?;
+            some.into_iter().for_each(|block| solid.push(block));
+        }
+        Ok(solid.finished())
+    }
+
+    /// Without any block.
+    fn empty(dims: [usize; 3], unit_mm: f64) -> Self {
+        Self { dims, unit_mm, slots: Vec::with_capacity(blocks_of(dims).iter().product()), blocks: vec![], sides: vec![] }
+    }
+
+    /// With what its blocks say of bricks of cells.
+    fn finished(mut self) -> Self {
+        let bricks = self.dims.map(|n| n.saturating_sub(1).div_ceil(BRICK));
+        self.sides = (0..bricks.iter().product()).into_par_iter().map(|n| self.side_of(place_of(n, bricks))).collect();
+        self
+    }
+
+    fn push(&mut self, block: Result<Block, u32>) {
+        self.slots.push(match block {
+            Ok(block) => {
+                self.blocks.push(block);
+                FIRST + (self.blocks.len() - 1) as u32
+            }
+            Err(side) => side,
+        });
+    }
+
+    /// Samples along i, j and k: those of the grid that it was made for.
+    pub fn dims(&self) -> [usize; 3] {
+        self.dims
+    }
+
+    /// What a unit of the kept distances is, mm.
+    pub fn unit_mm(&self) -> f64 {
+        self.unit_mm
+    }
+
+    /// Memory that it takes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.slots.as_slice()) + size_of_val(self.blocks.as_slice()) + size_of_val(self.sides.as_slice())
+    }
+
+    /// For each block of 8 × 8 × 8 samples, i fastest: 0 where it is outside, 1 inside, and else 2 and the number of its distances.
+    pub fn slots(&self) -> &[u32] {
+        &self.slots
+    }
+
+    /// The distances of all blocks that have their own, positive inside, in units.
+    pub fn distances(&self) -> &[i16] {
+        self.blocks.as_flattened()
+    }
+
+    /// One that was taken apart by [`Self::slots`] and [`Self::distances`]; none where these do not belong together.
+    pub fn from_parts(dims: [usize; 3], unit_mm: f64, slots: Vec<u32>, distances: &[i16]) -> Option<Self> {
+        let (blocks, rest) = distances.as_chunks::<SAMPLES>();
+        let fits = slots.len() == blocks_of(dims).iter().product::<usize>()
+            && rest.is_empty()
+            && unit_mm > 0.0
+            && unit_mm.is_finite()
+            && slots.iter().all(|slot| *slot < FIRST + blocks.len() as u32);
+        // A number that has no opposite is as far outside as can be.
+        let blocks = blocks.iter().map(|block| block.map(|d| d.max(-i16::MAX)));
+        fits.then(|| Self { slots, blocks: blocks.collect(), ..Self::empty(dims, unit_mm) }.finished())
+    }
+
+    /// How far within it a sample is, in units: as far as these are kept.
+    #[inline]
+    pub fn units_at(&self, [x, y, z]: [usize; 3]) -> i16 {
+        let [bx, by, _] = blocks_of(self.dims);
+        match self.slots[(z / BRICK * by + y / BRICK) * bx + x / BRICK] {
+            OUTSIDE => -i16::MAX,
+            INSIDE => i16::MAX,
+            slot => self.blocks[(slot - FIRST) as usize][(z % BRICK * BRICK + y % BRICK) * BRICK + x % BRICK],
+        }
+    }
+
+    /// How far within it the corners of a cell are, given by its lowest sample, in units.
+    #[inline]
+    pub fn corners(&self, [x, y, z]: [usize; 3]) -> [f32; 8] {
+        std::array::from_fn(|c| f32::from(self.units_at([x + (c & 1), y + (c >> 1 & 1), z + (c >> 2)])))
+    }
+
+    /// How far within it a point is, mm, and how that changes per voxel; as far as distances are kept.
+    pub fn distance_and_gradient(&self, IndexPoint(p): IndexPoint) -> (f64, DVec3) {
+        let last = USizeVec3::from(self.dims.map(|n| n.max(2) - 2));
+        let cell = p.max(DVec3::ZERO).as_usizevec3().min(last);
+        let f = self.corners(cell.to_array()).map(|units| f64::from(units) * self.unit_mm);
+        let local = (p - cell.as_dvec3()).clamp(DVec3::ZERO, DVec3::ONE);
+        (interpolant::value(&f, local), interpolant::gradient(&f, local))
+    }
+
+    /// Whether a point is within it; ties are.
+    pub fn holds(&self, point: IndexPoint) -> bool {
+        self.distance_and_gradient(point).0 >= 0.0
+    }
+
+    /// On which side the cells of that brick of the grid lie which a cell is of, given by its lowest sample.
+    #[inline]
+    pub fn side_at(&self, [x, y, z]: [usize; 3]) -> Side {
+        let [bx, by, _] = self.dims.map(|n| n.saturating_sub(1).div_ceil(BRICK));
+        self.sides[(z / BRICK * by + y / BRICK) * bx + x / BRICK]
+    }
+
+    /// The same of each brick, i fastest.
+    pub fn sides(&self) -> &[Side] {
+        &self.sides
+    }
+
+    fn side_of(&self, brick: [usize; 3]) -> Side {
+        let count = blocks_of(self.dims);
+        let mut sides = [false; 2];
+        for c in 0..8 {
+            let at: [usize; 3] = std::array::from_fn(|a| (brick[a] + (c >> a & 1)).min(count[a] - 1));
+            match self.slots[(at[2] * count[1] + at[1]) * count[0] + at[0]] {
+                OUTSIDE => sides[0] = true,
+                INSIDE => sides[1] = true,
+                _ => return Side::Both,
+            }
+        }
+        match sides {
+            [true, true] => Side::Both,
+            [_, true] => Side::Inside,
+            _ => Side::Outside,
+        }
+    }
+
+    /// The cells of a brick of the grid with a corner inside, a number for each layer: bit 8y + x of number z is cell (x, y, z).
+    pub fn cells_with_inside(&self, brick: [usize; 3]) -> [u64; BRICK] {
+        let corner = brick.map(|b| b * BRICK);
+        let cells: [usize; 3] = std::array::from_fn(|a| (self.dims[a] - 1).saturating_sub(corner[a]).min(BRICK));
+        let mut layers = [0; BRICK];
+        for z in 0..=cells[2] {
+            let mut layer = 0_u64;
+            for y in 0..=cells[1] {
+                let bits: u64 =
+                    (0..=cells[0]).map(|x| u64::from(self.units_at([corner[0] + x, corner[1] + y, corner[2] + z]) >= 0) << x).sum();
+                let row = (bits | bits >> 1) & ((1 << cells[0]) - 1);
+                for y in [y.wrapping_sub(1), y].into_iter().filter(|y| *y < cells[1]) {
+                    layer |= row << (BRICK * y);
+                }
+            }
+            for z in [z.wrapping_sub(1), z].into_iter().filter(|z| *z < cells[2]) {
+                layers[z] |= layer;
+            }
+        }
+        layers
+    }
+
+    /// All that is not within it.
+    pub fn inverse(&self) -> Self {
+        let other = |slot: &u32| match *slot {
+            OUTSIDE => INSIDE,
+            INSIDE => OUTSIDE,
+            slot => slot,
+        };
+        // A sample on the surface is inside of both: a unit is less than what distances are good for.
+        let blocks = self.blocks.par_iter().map(|block| block.map(|d| -d)).collect();
+        Self { slots: self.slots.iter().map(other).collect(), blocks, ..Self::empty(self.dims, self.unit_mm) }.finished()
+    }
+
+    /// What is within both, sample by sample: where the two surfaces meet, the edge is as round as a cell.
+    pub fn and(&self, other: &Self) -> Self {
+        self.with(other, INSIDE, |a, b| a.min(b))
+    }
+
+    /// What is within one or the other, sample by sample.
+    pub fn or(&self, other: &Self) -> Self {
+        self.with(other, OUTSIDE, |a, b| a.max(b))
+    }
+
+    /// Of two of one grid; a block of the side that is `neutral` leaves the other's as it is, and one of the opposite side stands for both.
+    fn with(&self, other: &Self, neutral: u32, join: impl Fn(i16, i16) -> i16 + Sync) -> Self {
+        assert_eq!(self.dims, other.dims, "solids of one grid");
+        let factor = other.unit_mm / self.unit_mm;
+        let block_of = |of: &Self, slot: u32| of.blocks[(slot - FIRST) as usize];
+        let scaled = |block: Block| if factor == 1.0 { block } else { block.map(|d| (f64::from(d) * factor).round() as i16) };
+        let one = |(a, b): (&u32, &u32)| match (*a, *b) {
+            (a, b) if a == b && a < FIRST => Err(a),
+            (a, _) | (_, a) if a < FIRST && a != neutral => Err(a),
+            (a, b) if a == neutral => Ok(scaled(block_of(other, b))),
+            (a, b) if b == neutral => Ok(block_of(self, a)),
+            (a, b) => {
+                let (a, b) = (block_of(self, a), scaled(block_of(other, b)));
+                Ok(std::array::from_fn(|n| join(a[n], b[n])))
+            }
+        };
+        let all: Vec<Result<Block, u32>> = self.slots.par_iter().zip(&other.slots).map(one).collect();
+        let mut solid = Self::empty(self.dims, self.unit_mm);
+        all.into_iter().for_each(|block| solid.push(block));
+        solid.finished()
+    }
+}
+
+/// Blocks along i, j and k.
+fn blocks_of(dims: [usize; 3]) -> [usize; 3] {
+    dims.map(|n| n.div_ceil(BRICK))
+}
+
+/// The place of number n of `dims`, i fastest.
+fn place_of(n: usize, [nx, ny, _]: [usize; 3]) -> [usize; 3] {
+    [n % nx, n / nx % ny, n / (nx * ny)]
+}
