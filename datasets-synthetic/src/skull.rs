@@ -228,6 +228,16 @@ impl Skull {
         self.mandible.unite(f64::INFINITY, p - self.mandible_shift_mm)
     }
 
+    /// Signed distance of the mandible with its teeth.
+    pub fn jaw(&self, p: DVec3) -> f64 {
+        self.mandible(p).min(self.lower_teeth.unite(f64::INFINITY, p - self.mandible_shift_mm))
+    }
+
+    /// Signed distance of the cranium with its teeth.
+    pub fn without_jaw(&self, p: DVec3) -> f64 {
+        self.cranium(p).min(self.upper_teeth.unite(f64::INFINITY, p))
+    }
+
     /// Signed distances of the cranium, of all bone and of the teeth; what does not count may be infinite.
     fn distances(&self, p: DVec3) -> [f64; 3] {
         let cranium = if self.has_cranium { self.cranium(p) } else { f64::INFINITY };

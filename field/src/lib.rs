@@ -9,6 +9,7 @@ mod bounds;
 pub mod chord;
 pub mod clip;
 pub mod crossings;
+pub mod filters;
 pub mod interpolant;
 mod ray;
 mod smooth;

@@ -3,7 +3,7 @@
 
 use crate::store::Store;
 use crate::with_block;
-use bregma_volume::{Raster, Sample, Samples, Volume};
+use bregma_volume::{Sample, Samples, Volume};
 use rayon::prelude::*;
 
 /// The pole of the filter that turns samples into coefficients of cubic B-splines: √3 − 2.
@@ -28,16 +28,8 @@ pub fn coefficients(volume: &Volume) -> Volume {
 
 /// A volume of other samples in the place of a volume's: weighted sums of them.
 pub(crate) fn with_values(volume: &Volume, values: Vec<f32>) -> Volume {
-    let raster = Raster {
-        grid: volume.grid().clone(),
-        samples: Samples::F32(values),
-        slope: volume.slope(),
-        intercept: volume.intercept(),
-        unit: volume.unit(),
-        warnings: vec![],
-    };
-    // The grid and the scale are a volume's, and the samples were checked.
-    Volume::new(volume.name().to_owned(), volume.format(), raster).expect("sums of a volume's samples are a volume")
+    // The samples were checked.
+    volume.with_samples(Samples::F32(values)).expect("sums of a volume's samples are a volume")
 }
 
 /// Filters `count` rows of `stride` values, each column of them as a signal.
@@ -106,7 +98,7 @@ pub fn hull(coefficients: &[f32], dims: [usize; 3], sign: f32) -> Vec<f32> {
 mod tests {
     use super::*;
     use bregma_synthetic::Random;
-    use bregma_volume::{Grid, ReadSamples, Unit};
+    use bregma_volume::{Grid, Raster, ReadSamples, Unit};
 
     fn volume(dims: [usize; 3], samples: Samples) -> Volume {
         let grid = Grid::new(dims, glam::DVec3::ONE, glam::DVec3::ZERO, glam::DMat3::IDENTITY).unwrap();

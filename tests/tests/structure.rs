@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const CRATES: [&str; 7] = ["volume", "field", "renderer", "measure", "datasets-synthetic", "session", "app"];
+const CRATES: [&str; 8] = ["volume", "field", "parts", "renderer", "measure", "datasets-synthetic", "session", "app"];
 const LONGEST: usize = 60;
 
 fn root() -> PathBuf {

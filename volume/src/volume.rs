@@ -121,8 +121,8 @@ impl Volume {
         Ok(Self { name, format, placing, samples, bricks, summary, of_file, warnings, slice_position_mm, metadata })
     }
 
-    /// The same with what its file says beside the samples.
-    pub(crate) fn with_metadata(self, metadata: Metadata) -> Self {
+    /// The same with what a file says beside the samples, in the place of what was said.
+    pub fn with_metadata(self, metadata: Metadata) -> Self {
         let said = metadata.get(SLICES_OFF).and_then(|mm| mm.parse().ok());
         // Anyone can write metadata: what is no length is none.
         let slice_position_mm = said.filter(|mm: &f64| mm.is_finite() && *mm > 0.0).unwrap_or(0.0);
@@ -133,6 +133,20 @@ impl Volume {
     pub fn with_slices_off(self, mm: f64) -> Self {
         let metadata = self.metadata.clone().into_iter().chain(slices_off(mm)).collect();
         self.with_metadata(metadata)
+    }
+
+    /// A scan of other samples at the same places, in the same scale and unit, with what is known of this one. It fails where they are not as many,
+    /// or none of them is a number.
+    pub fn with_samples(&self, samples: Samples) -> Result<Self, VolumeError> {
+        let (grid, slope, intercept, unit) = (self.grid().clone(), self.slope(), self.intercept(), self.unit());
+        let raster = Raster { grid, samples, slope, intercept, unit, warnings: vec![] };
+        let made = Self::new(self.name.clone(), self.format, raster)?;
+        Ok(Self { samples: made.samples, bricks: made.bricks, summary: made.summary, ..self.clone() })
+    }
+
+    /// The same under a name that is not a file's.
+    pub fn called(self, name: String) -> Self {
+        Self { name, ..self }
     }
 
     /// The same where `placing` has it, which has a place for each of its samples.

@@ -9,6 +9,7 @@ use super::parsers::{
 use super::print_args::PrintArgs;
 use super::sources::Sources;
 use super::studio_args::StudioArgs;
+use bregma_field::filters::MOST_RADIUS;
 use bregma_measure::volumes::cavity::Disc;
 use bregma_register::Part;
 use bregma_renderer::{MOST_SAMPLES, Mode, Solver};
@@ -113,6 +114,16 @@ pub enum Command {
         after_help = "Without --cavity the bone is measured: of one scan, or of two, what both share and what each has alone. With --cavity what is reached from a point through empty space.\n\nExamples:\n  bregma volume skull.nrrd --iso 300\n  bregma volume a.nrrd --transform a-to-b.json b.nrrd --box -40,-100,-40,40,-60,0 --out volumes.csv\n  bregma volume skull.nrrd --cavity 0,0,20 --sphere-passes 3 --close 0,28,-60,0,0,1,20 --out endocranium.json"
     )]
     Volume(VolumeArgs),
+    /// Find the parts of a scan: islands of bone, bones that hang together by necks, the skull without what it lies on; as a table and a label map
+    #[command(
+        after_help = "The name of OUT says the form: .seg.nrrd (a segmentation of 3D Slicer, with names and colours), .nii.gz or any other that scans are written in (numbers).\n\nExamples:\n  bregma parts skull.nrrd --keep-the-skull --out skull.seg.nrrd\n  bregma parts skull.nrrd --separate 3 --out bones.seg.nrrd\n  bregma parts mouse.nii.gz --islands --larger-than 1 --iso 40 --out islands.seg.nrrd\n  bregma parts skull.nrrd --labels bones.seg.nrrd"
+    )]
+    Parts(PartsArgs),
+    /// Filter a scan into one of its own
+    #[command(
+        after_help = "The name of OUT says the form: .nrrd, .nii, .nii.gz, .mha or .tif.\n\nExamples:\n  bregma filter skull.nrrd --gaussian 0.5 --out smooth.nrrd\n  bregma filter skull.nrrd --median 1 --out median.nii.gz\n  bregma filter skull.nrrd --diffuse 5,1 --out diffused.nrrd"
+    )]
+    Filter(FilterArgs),
     /// Move one scan onto another, and say how sure that is
     #[command(
         after_help = "The first scan is moved onto the second. The name of OUT says the form: .json (with how sure it is, and what it was made from, for `bregma verify`), .tfm, .txt or .h5 (ITK, 3D Slicer).\n\nExamples:\n  bregma register a.nii.gz b.nii.gz --out a-to-b.json\n  bregma register a.nii.gz b.nii.gz --landmarks a.mrk.json b.mrk.json --by landmarks --out a-to-b.tfm\n  bregma register a.nrrd b.nrrd --only 0,-80,40,60 --out face.json"
@@ -549,6 +560,67 @@ pub struct VolumeArgs {
     /// Print the record instead of a table
     #[arg(long)]
     pub json: bool,
+}
+
+/// `bregma parts`.
+#[derive(Debug, Args)]
+#[command(group = ArgGroup::new("way").required(true).args(["largest", "islands", "at", "separate", "keep_the_skull", "labels"]))]
+pub struct PartsArgs {
+    /// The scan.
+    #[command(flatten)]
+    pub sources: Sources<1>,
+    /// Isovalues.
+    #[command(flatten)]
+    pub isovalues: Isovalues,
+    /// The largest island of bone
+    #[arg(long)]
+    pub largest: bool,
+    /// All islands
+    #[arg(long)]
+    pub islands: bool,
+    /// The island that a point lies in, LPS mm
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
+    pub at: Option<DVec3>,
+    /// Bones apart at necks that are not thicker, mm
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    pub separate: Option<f64>,
+    /// The skull without the head rest, the table or the arm that hangs on it
+    #[arg(long)]
+    pub keep_the_skull: bool,
+    /// The parts of a label map: a segmentation of 3D Slicer, or an image of whole numbers
+    #[arg(long, value_name = "FILE")]
+    pub labels: Option<PathBuf>,
+    /// Only parts of at least this volume, mm³; with --separate smaller ones go with their neighbours [default: all; with --separate a hundredth of
+    /// the bone]
+    #[arg(long, value_name = "MM3", value_parser = positive)]
+    pub larger_than: Option<f64>,
+    /// The label map
+    #[arg(long, value_name = "OUT")]
+    pub out: Option<PathBuf>,
+    /// Print one JSON object instead of a table
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `bregma filter`.
+#[derive(Debug, Args)]
+#[command(group = ArgGroup::new("what").required(true).args(["gaussian", "median", "diffuse"]))]
+pub struct FilterArgs {
+    /// The scan.
+    #[command(flatten)]
+    pub sources: Sources<1>,
+    /// Weighted means by a Gaussian of this standard deviation, mm
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    pub gaussian: Option<f64>,
+    /// Medians of all samples within so many along each axis
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=MOST_RADIUS as i64))]
+    pub median: Option<u8>,
+    /// Diffusion that stops at edges: iterations, conductance [default: 1] and time step [default: the shortest spacing in mm / 16, the longest that is stable]
+    #[arg(long, value_name = "N,C,T", value_parser = positive, value_delimiter = ',', num_args = 1..=3)]
+    pub diffuse: Vec<f64>,
+    /// The scan to write
+    #[arg(long, value_name = "OUT")]
+    pub out: PathBuf,
 }
 
 /// `bregma bench`.

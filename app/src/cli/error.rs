@@ -3,6 +3,7 @@
 use bregma_field::formats::WriteError;
 use bregma_field::{GridError, TransformError};
 use bregma_measure::volumes::VolumesError;
+use bregma_parts::PartsError;
 use bregma_register::orient::OrientError;
 use bregma_renderer::RenderError;
 use bregma_renderer::stability::StabilityError;
@@ -161,6 +162,9 @@ pub enum CommandError {
         /// All that were recorded.
         all: usize,
     },
+    /// Parts that are not there.
+    #[error(transparent)]
+    Parts(#[from] PartsError),
     /// A film.
     #[error(transparent)]
     Film(#[from] FilmError),

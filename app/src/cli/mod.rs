@@ -55,6 +55,8 @@ fn run(command: &Command, Common { backend, .. }: &Common) -> Result<(), Command
         Command::Difference(args) => commands::difference(args, machine),
         Command::Section(args) => commands::section(args),
         Command::Volume(args) => commands::volume(args),
+        Command::Parts(args) => commands::parts(args),
+        Command::Filter(args) => commands::filter(args),
         Command::Orient(args) => commands::orient(args),
         Command::Register(args) => commands::register(args),
         Command::Stability(args) => commands::stability(args, machine),

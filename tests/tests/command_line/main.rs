@@ -5,6 +5,7 @@
 mod differing;
 mod filming;
 mod measuring;
+mod parting;
 mod printing;
 mod registering;
 mod sectioning;

@@ -111,6 +111,8 @@ pub struct Hints {
     pub uneven: Uneven,
     /// Key of the series, where there are several (see [`Series`]); also given as `FOLDER#KEY`.
     pub series: Option<String>,
+    /// Number of the layer, from 0, of a file that may hold several label maps, as 3D Slicer's segmentations do; `None` for a scan.
+    pub layer: Option<usize>,
 }
 
 /// A reduced preview; written `2` or `4`.

@@ -10,14 +10,17 @@ pub use write::{Compression, write};
 
 use super::decode::{Encoding, SampleType};
 use super::packing::{Packing, counted};
-use super::part::{Part, in_file, open_file};
+use super::part::{Part, in_file, open_file, stream_all};
 use super::{Format, Hints, ReadError, Scan, Storage, Writer, bad};
-use crate::{Progress, Unit};
+use crate::{Metadata, Progress, Unit};
 use header::Header;
 use std::path::{Path, PathBuf};
 
 /// The row of the formats.
 pub const FORMAT: Format = Format { name: "NRRD", sniff, scan, write: Some(Writer { endings: &[".nrrd"], write: write_plain }) };
+
+/// Under this name metadata says how many label maps a file lists, where one of them was asked for (see [`Hints::layer`]).
+pub const LAYERS: &str = "layers";
 
 fn sniff(_path: &Path, head: &[u8], _progress: &Progress) -> bool {
     head.starts_with(b"NRRD")
@@ -34,7 +37,8 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
     if byte_skip < -1 || (byte_skip == -1 && packing != Packing::Plain) {
         return Err(header.bad("byte skip", "it must be a number of bytes, or -1 for raw data"));
     }
-    let wanted = grid.len() as u128 * encoding.sample.bytes() as u128;
+    let layers = Layers::of(&header, &sizes, hints)?;
+    let wanted = (grid.len() * layers.count) as u128 * encoding.sample.bytes() as u128;
     // Lines come before packed data, bytes are skipped once unpacked; data at the end of the file (byte skip -1) has no lines to skip.
     let lines = if byte_skip < 0 { 0 } else { header.number("line skip")?.unwrap_or(0) };
     let part = |file: &Path, start: u64, there: u64, wanted: u128| {
@@ -69,9 +73,54 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
         Some("value") => Some(Unit::Value),
         _ => None,
     };
-    let metadata = header.keys.into_iter().filter(|(key, _)| !["slope", "intercept", "unit"].contains(&key.as_str())).collect();
-    let scan = Scan::new(grid, encoding, file_bytes, Storage::Parts(parts));
+    let mut metadata: Metadata = header.keys.into_iter().filter(|(key, _)| !["slope", "intercept", "unit"].contains(&key.as_str())).collect();
+    if hints.layer.is_some() {
+        metadata.insert(LAYERS.to_owned(), layers.count.to_string());
+    }
+    let scan = Scan::new(grid, encoding, file_bytes, layers.storage(parts, encoding.sample.bytes()));
     Ok(Scan { slope, intercept, unit, spacing_is_stated, warnings, metadata, ..scan })
+}
+
+/// The label maps of a file that lie along an axis which is none of space, and which of them is read.
+#[derive(Clone, Copy)]
+struct Layers {
+    count: usize,
+    /// Samples from one to the next.
+    stride: usize,
+    read: usize,
+}
+
+impl Layers {
+    fn of(header: &Header, sizes: &[usize], hints: &Hints) -> Result<Self, ReadError> {
+        let axis = if hints.layer.is_some() { space::list_axis(header, sizes)? } else { None };
+        let (count, stride) = axis.map_or((1, 1), |axis| (sizes[axis], sizes[..axis].iter().product()));
+        let read = hints.layer.unwrap_or(0);
+        if read < count {
+            return Ok(Self { count, stride, read });
+        }
+        let text = format!("a segment of it is in layer {read}, but it has {count}, counted from 0");
+        Err(ReadError::Contradiction(text))
+    }
+
+    /// The samples of the layer that is read, of `bytes` bytes each.
+    fn storage(self, parts: Vec<Part>, bytes: usize) -> Storage {
+        if self.count == 1 {
+            return Storage::Parts(parts);
+        }
+        Storage::Stream(Box::new(move |progress, take| {
+            let (mut passed, mut picked) = (0, vec![]);
+            stream_all(&parts, progress, &mut |samples| {
+                picked.clear();
+                for (n, sample) in samples.chunks_exact(bytes).enumerate() {
+                    if (passed + n) / self.stride % self.count == self.read {
+                        picked.extend_from_slice(sample);
+                    }
+                }
+                passed += samples.len() / bytes;
+                take(&picked)
+            })
+        }))
+    }
 }
 
 fn encoding(header: &Header) -> Result<(Encoding, Packing), ReadError> {

@@ -22,8 +22,16 @@ pub fn sizes(header: &Header) -> Result<Vec<usize>, ReadError> {
     Ok(sizes)
 }
 
-/// The three axes of space among the file's: all of three, or of four all but one that has a single sample.
-fn axes(header: &Header, sizes: &[usize], directions: Option<&[Option<DVec3>]>) -> Result<[usize; 3], ReadError> {
+/// The axis along which a file of four lists images of the same grid, if it has one: the one of the kind `list`, or without a direction.
+pub fn list_axis(header: &Header, sizes: &[usize]) -> Result<Option<usize>, ReadError> {
+    let kinds = header.words("kinds").unwrap_or_default();
+    let directions = header.vectors("space directions", sizes.len())?;
+    let is_list = |a: &usize| kinds.get(*a) == Some(&"list") || directions.as_ref().is_some_and(|d| d[*a].is_none());
+    Ok((0..sizes.len()).filter(|_| sizes.len() == 4).find(is_list))
+}
+
+/// The three axes of space among the file's: all of three, or of four all but `list` or one that has a single sample.
+fn axes(header: &Header, sizes: &[usize], directions: Option<&[Option<DVec3>]>, list: Option<usize>) -> Result<[usize; 3], ReadError> {
     // The kinds of NRRD whose axis holds the parts of one sample (its definition of the field `kinds`).
     const PARTS: [&str; 7] = ["color", "vector", "complex", "matrix", "normal", "gradient", "quaternion"];
     let kinds = header.words("kinds").unwrap_or_default();
@@ -32,6 +40,7 @@ fn axes(header: &Header, sizes: &[usize], directions: Option<&[Option<DVec3>]>) 
     let dropped = match sizes.len() {
         3 if (0..3).all(spatial) => return Ok([0, 1, 2]),
         // An axis that has no direction is not one of space; without directions the last is the likely one (time).
+        4 if list.is_some() => list,
         4 => (0..4).rev().filter(|&a| sizes[a] == 1).max_by_key(|&a| (!spatial(a), a)),
         _ => None,
     };
@@ -85,7 +94,8 @@ fn units_mm(header: &Header, field: &str, count: usize, warnings: &mut Vec<Strin
 /// The grid that the header describes, and whether its spacing is known. `hints` give the spacing of an axis where it has none, or has one without a unit.
 pub fn grid(header: &Header, sizes: &[usize], hints: &Hints, warnings: &mut Vec<String>) -> Result<(Grid, bool), ReadError> {
     let directions = header.vectors("space directions", sizes.len())?;
-    let axes = axes(header, sizes, directions.as_deref())?;
+    let list = if hints.layer.is_some() { list_axis(header, sizes)? } else { None };
+    let axes = axes(header, sizes, directions.as_deref(), list)?;
     let (signs, anatomical) = frame(header, warnings)?;
     let space_units = units_mm(header, "space units", 3, warnings);
     let world_mm = signs * space_units.as_ref().map_or(DVec3::ONE, |u| DVec3::from_slice(u));
