@@ -17,6 +17,7 @@ pub mod solid;
 pub mod spline;
 mod store;
 mod surface;
+mod within;
 
 pub use bounds::Bounds;
 pub use bregma_volume::{
@@ -30,6 +31,7 @@ pub use smooth::smoothed;
 pub use solid::Solid;
 pub use store::{AnyBlock, Block, Store};
 pub use surface::{Measured, Surface};
+pub use within::within;
 
 #[cfg(test)]
 mod tests {

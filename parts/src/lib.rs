@@ -10,6 +10,7 @@ mod islands;
 mod labels;
 mod segmentation;
 mod separate;
+mod space;
 mod statistics;
 mod whole_skull;
 
@@ -18,5 +19,6 @@ pub use islands::{Islands, Run};
 pub use labels::{Labels, Part};
 pub use segmentation::{read, write};
 pub use separate::{Neck, separate};
+pub use space::Meant;
 pub use statistics::Statistics;
 pub use whole_skull::{WholeSkull, keep_the_skull};

@@ -167,6 +167,7 @@ impl Frame {
             return Err(RenderError::NoPixels { width, height });
         }
         scene.check()?;
+        scene.check_parts()?;
         let surfaces = scene.hulls(volumes)?;
         let reach = Reach::of(scene, &surfaces);
         // The same for all volumes, so that their faces can be compared.

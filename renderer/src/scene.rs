@@ -456,10 +456,9 @@ impl Scene {
         let fov_deg = if let Projection::Perspective { fov_deg } = self.camera.projection { fov_deg } else { 30.0 };
         let per_voxel = if let Integrator::Steps { per_voxel, .. } = self.integrator { per_voxel } else { 1.0 };
         let of_none = self.clips.iter().flat_map(|clip| clip.layers.iter().flatten()).any(|n| *n >= self.layers.len());
-        let mut parts = self.layers.iter().filter_map(|l| l.within.as_ref());
-        let filters_part = self.method() == Method::Solver(Solver::Filter) && parts.clone().next().is_some();
+        let parts = self.layers.iter().filter_map(|l| l.within.as_ref());
+        let filters_part = self.method() == Method::Solver(Solver::Filter) && parts.count() > 0;
         let flaws = [
-            (parts.any(|within| within.solid.is_none()), SceneError::Part),
             (filters_part, SceneError::FilteredPart),
             (!self.clips.iter().all(Clip::is_sound), SceneError::Cut),
             (of_none, SceneError::CutOfNone),
@@ -477,6 +476,12 @@ impl Scene {
             (!(0.0..=WIDEST_CONTOUR_PX).contains(&self.slice.contour_px), SceneError::Slice),
         ];
         flaws.into_iter().find(|(is_flawed, _)| *is_flawed).map_or(Ok(()), |(_, flaw)| Err(flaw))
+    }
+
+    /// Whether the space of every part that it draws has been found.
+    pub(crate) fn check_parts(&self) -> Result<(), SceneError> {
+        let is_lost = |layer: &Layer| layer.visible && layer.within.is_some() && layer.solid().is_none();
+        if self.layers.iter().any(is_lost) { Err(SceneError::Part) } else { Ok(()) }
     }
 
     /// The surfaces of the visible layers with their layer numbers.

@@ -130,6 +130,7 @@ impl Placed<'_> {
 
 /// Measures how the second of a pair of what is open differs from the first.
 pub fn measure(opened: &Opened, order: &Order, progress: &Progress) -> Result<Measured, DifferenceError> {
+    let opened = &opened.measured();
     let [first, second] = order.pair;
     if let Some(number) = order.pair.into_iter().find(|n| *n >= opened.volumes.len()) {
         return Err(DifferenceError::NotOpen { number: number + 1, open: opened.volumes.len() });
@@ -251,6 +252,7 @@ pub(crate) fn notes([a, b]: [&Placed<'_>; 2], by: By) -> Vec<String> {
 impl Measured {
     /// Whether its scans are open, with the isovalues and where they were.
     pub fn is_of(&self, opened: &Opened) -> bool {
+        let opened = opened.measured();
         let is_there = |(k, (half, n)): (usize, (&Half, &usize))| {
             let (Some(volume), Some(layer)) = (opened.volumes.get(*n), opened.scene.layers.get(*n)) else { return false };
             // A mirror image lies elsewhere than its scan.

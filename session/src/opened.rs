@@ -3,6 +3,7 @@
 use crate::compare::Compare;
 use crate::kind::Kind;
 use crate::measurement::Measurement;
+use crate::parts::PartOfError;
 use crate::poses::KeptPose;
 use crate::session_file::{Session, SessionError};
 use crate::slices::Slices;
@@ -54,6 +55,8 @@ pub struct Opened {
     pub boxes: bool,
     /// Registrations that are kept beside those that stand.
     pub poses: Vec<KeptPose>,
+    /// What there is to say of label maps.
+    pub notes: Vec<String>,
 }
 
 /// Why nothing was opened. Each sentence names the file.
@@ -80,6 +83,9 @@ pub enum InputError {
     /// Nothing to look at.
     #[error("{}: belongs to a scan; name the scan, too", .0.display())]
     NoScan(PathBuf),
+    /// A part of a scan.
+    #[error(transparent)]
+    Part(#[from] PartOfError),
     /// Stopped by request.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
@@ -95,7 +101,7 @@ impl Opened {
         let slices = Slices::of(&volumes.iter().map(|volume| volume.grid().clone()).collect::<Vec<_>>());
         let (measurements, landmarks, poses) = (vec![], vec![], vec![]);
         let (from_session, compare, boxes) = (false, Compare::Off, false);
-        Self { sources, volumes, scene, from_session, measurements, landmarks, compare, pair: None, slices, boxes, poses }
+        Self { sources, volumes, scene, from_session, measurements, landmarks, compare, pair: None, slices, boxes, poses, notes: vec![] }
     }
 
     /// The built-in demo pair.
@@ -159,6 +165,7 @@ impl Opened {
             }
         }
         opened.take_sessions(sessions);
+        opened.find_parts(progress).or_else(&mut *on_error)?;
         for source in sources {
             let taken = match Kind::of(source) {
                 Kind::Landmarks => opened.take_landmarks(&source.file),
@@ -168,6 +175,25 @@ impl Opened {
             taken.or_else(&mut *on_error)?;
         }
         Ok(opened)
+    }
+
+    /// Finds what of each scan is meant. Of a part that is not found nothing stays: the scan is whole.
+    pub fn find_parts(&mut self, progress: &Progress) -> Result<(), InputError> {
+        let mut found = Ok(());
+        self.notes.clear();
+        for (n, source) in self.sources.iter().enumerate() {
+            let (volume, layer) = (&self.volumes[n], &mut self.scene.layers[n]);
+            let Some(part) = source.within.as_ref() else { continue };
+            match part.find(volume, layer, progress) {
+                Ok((within, notes)) => {
+                    layer.within = Some(within);
+                    self.notes.extend(notes.into_iter().map(|note| format!("{}: {note}", part.file.display())));
+                }
+                Err(error) => found = Err(error.into()),
+            }
+        }
+        self.scene.layers.iter_mut().filter(|layer| layer.solid().is_none()).for_each(|layer| layer.within = None);
+        found
     }
 
     /// Takes from sessions all but their scans: everything of one that is alone, else cuts, landmarks and kept registrations.
@@ -315,7 +341,7 @@ impl Opened {
             let text = format!("{}: the isovalue {iso} lies outside its range, {first} to {last}: {what}", v.name());
             (!(low..=high).contains(&layer.iso)).then_some(text)
         });
-        of_files.chain(outside).chain(self.mirrored()).collect()
+        of_files.chain(outside).chain(self.notes.iter().cloned()).chain(self.mirrored()).collect()
     }
 }
 
@@ -422,7 +448,8 @@ impl Session {
         let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
         let named = |source: &Source| {
             let source = source.absolute();
-            Source { file: source.file.strip_prefix(&folder).map(Path::to_owned).unwrap_or(source.file.clone()), ..source }
+            let within = source.within.as_ref().map(|within| within.below(&folder));
+            Source { within, file: source.file.strip_prefix(&folder).map(Path::to_owned).unwrap_or(source.file.clone()), ..source }
         };
         let volumes = opened.sources.iter().map(named).collect();
         Self {

@@ -336,6 +336,7 @@ fn found(file: &Path, folder: &Path) -> PathBuf {
 
 /// Casts a ray through the whole bone of what is open, or through what the cuts leave.
 pub fn measure(opened: &Opened, ray: &Ray, as_cut: bool) -> Result<DifferenceRay, GridError> {
+    let opened = opened.measured();
     let (volumes, scene) = (&opened.volumes, &opened.scene);
     if as_cut { probe_cut(volumes, &scene.layers, &scene.clips, ray) } else { probe(volumes, &scene.layers, ray) }
 }

@@ -174,6 +174,7 @@ const AMBIGUOUS: f64 = 0.9;
 
 /// Brings scan number `moving` of what is open onto number `fixed`. `progress` counts what is tried.
 pub fn register(opened: &Opened, [moving, fixed]: [usize; 2], order: &Order, progress: &Progress) -> Result<Registered, RegisterError> {
+    let opened = &opened.measured();
     match order.by {
         By::Landmarks => by_landmarks(opened, [moving, fixed], order),
         By::Surfaces | By::Intensities => by_surfaces(opened, [moving, fixed], order, progress),

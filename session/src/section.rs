@@ -84,6 +84,7 @@ pub fn plane_of(landmarks: &[Named]) -> Result<Plane, SectionError> {
 
 /// Measures a section of what is open.
 pub fn measure(opened: &Opened, order: &Order, progress: &Progress) -> Result<Measured, SectionError> {
+    let opened = &opened.measured();
     let numbers: Vec<usize> = std::iter::once(order.on).chain(order.against).collect();
     if let Some(number) = numbers.iter().find(|n| **n >= opened.volumes.len()) {
         return Err(SectionError::NotOpen { number: number + 1, open: opened.volumes.len() });
@@ -129,6 +130,7 @@ pub fn measure(opened: &Opened, order: &Order, progress: &Progress) -> Result<Me
 impl Measured {
     /// Whether its scans are open, with the isovalues and where they were.
     pub fn is_of(&self, opened: &Opened) -> bool {
+        let opened = opened.measured();
         let numbers = std::iter::once(self.told.order.on).chain(self.told.order.against);
         self.scans.iter().zip(numbers).all(|((volume, iso, transform), n)| {
             let (Some(there), Some(layer)) = (opened.volumes.get(n), opened.scene.layers.get(n)) else { return false };

@@ -90,6 +90,9 @@ impl Session {
         for volume in session.volumes.iter_mut().filter(|volume| volume.built_in.is_none()) {
             volume.file = folder.join(&volume.file);
         }
+        for within in session.volumes.iter_mut().filter_map(|volume| volume.within.as_mut()) {
+            within.file = folder.join(&within.file);
+        }
         Ok(Some(session))
     }
 

@@ -1,5 +1,6 @@
 //! A scan as the person names it.
 
+use crate::parts::PartOf;
 use bregma_field::formats::{self, Hints, OpenError, RawLayout, RawLayoutError, Reduce, Scan, Uneven};
 use bregma_field::{Cancelled, Correction, Progress, Turn, Volume};
 use bregma_synthetic::Which;
@@ -31,6 +32,9 @@ pub struct Source {
     /// What is done with slices that are not evenly spaced.
     #[serde(default, skip_serializing_if = "Uneven::is_default")]
     pub uneven: Uneven,
+    /// The part of it that is meant.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub within: Option<PartOf>,
     /// The skull of the built-in pair that it is, instead of a file; `file` is its name then.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub built_in: Option<BuiltIn>,
@@ -59,13 +63,15 @@ impl Source {
     /// The same with its file named from the root on; what is built in has no place.
     pub fn absolute(&self) -> Self {
         let file = if self.built_in.is_some() { Ok(self.file.clone()) } else { std::path::absolute(&self.file) };
-        Self { file: file.unwrap_or_else(|_| self.file.clone()), ..self.clone() }
+        let within = self.within.as_ref().map(PartOf::absolute);
+        Self { file: file.unwrap_or_else(|_| self.file.clone()), within, ..self.clone() }
     }
 
     /// Reads the headers of the scan.
     pub fn scan(&self, progress: &Progress) -> Result<Scan, OpenError> {
         let raw = self.raw.as_ref().map(|raw| raw.layout);
-        let hints = Hints { spacing_mm: self.spacing_mm, turn: self.turn, raw, reduce: self.reduce, uneven: self.uneven, ..Hints::default() };
+        let hints =
+            Hints { spacing_mm: self.spacing_mm, turn: self.turn, raw, reduce: self.reduce, uneven: self.uneven, ..Hints::default() };
         let scan = formats::scan(&self.file, &hints, progress)?;
         Ok(if let Some(name) = &self.called { scan.renamed(name) } else { scan })
     }

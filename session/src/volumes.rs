@@ -25,6 +25,7 @@ pub enum Found {
 
 /// Measures the volumes that `order` asks of what is open.
 pub fn measure(opened: &Opened, order: &Order, progress: &Progress) -> Result<Found, VolumesError> {
+    let opened = &opened.measured();
     let measured: Vec<Measured> = opened.scene.layers.iter().map(Measured::from).collect();
     let limits = Limits { clips: order.clips.clone(), open: order.open };
     if order.cavities.is_empty() {

@@ -10,6 +10,10 @@ use bregma_session::{Opened, Source};
 pub fn open(sources: &[Source], isovalues: &Isovalues) -> Result<Opened, CommandError> {
     let mut opened = with_progress("reading", |progress| Opened::read(sources, progress))?;
     set_each(&mut opened.scene.layers, &isovalues.iso, "--iso", |layer, iso| layer.iso = *iso)?;
+    if !isovalues.iso.is_empty() && sources.iter().any(|source| source.within.is_some()) {
+        // Which bone is beside a part depends on the isovalue.
+        with_progress("finding parts", |progress| opened.find_parts(progress))?;
+    }
     warn(&opened.warnings());
     Ok(opened)
 }

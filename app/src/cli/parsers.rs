@@ -5,9 +5,10 @@ use bregma_field::{TransformForm, Turn, TurnError};
 use bregma_measure::volumes::cavity::Disc;
 use bregma_register::Part;
 use bregma_renderer::{BodyPlane, Color, Named, Solver};
-use bregma_session::Raw;
+use bregma_session::{PartOf, Raw};
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use glam::DVec3;
+use std::convert::Infallible;
 use std::path::PathBuf;
 
 /// One of some choices by its name.
@@ -194,6 +195,10 @@ pub fn uneven(text: &str) -> Result<Uneven, String> {
         "resample" => Ok(Uneven::Resample),
         _ => Err("none of `even`, `resample` and `refuse`".into()),
     }
+}
+
+pub fn part(text: &str) -> Result<PartOf, String> {
+    text.parse().map_err(|never: Infallible| match never {})
 }
 
 pub fn raw(text: &str) -> Result<Raw, String> {

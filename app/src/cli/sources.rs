@@ -1,9 +1,9 @@
 //! The scans of a command line, each with the options that stand behind it.
 
-use super::parsers::{raw, reduce, spacing, turn, uneven};
+use super::parsers::{part, raw, reduce, spacing, turn, uneven};
 use bregma_field::Turn;
 use bregma_field::formats::{Reduce, Uneven};
-use bregma_session::{Raw, Source};
+use bregma_session::{PartOf, Raw, Source};
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 use glam::DVec3;
 use std::path::PathBuf;
@@ -48,6 +48,13 @@ impl<const MIN: usize> Args for Sources<MIN> {
                     .value_parser(uneven)
                     .help("Slices of the scan before it that are not evenly spaced: interpolate them, refuse them, or take those that jitter as even and refuse the others [default: even]"),
             )
+            .arg(option("within", "FILE[#NAME]").value_parser(part).help(
+                "Only a part of the scan before it: a label map (.seg.nrrd, NIfTI) with the names of parts in it, with commas between; all parts \
+                 without a name. What is measured is measured of the part",
+            ))
+            .arg(
+                option("without", "FILE[#NAME]").value_parser(part).help("All of the scan before it but a part, such as a table: see --within"),
+            )
             .arg(option("raw", "LAYOUT").value_parser(raw).help("The scan before it is headerless: WxHxD,u8|u16|i16|f32[,be][,skip=N]"))
     }
 
@@ -85,6 +92,8 @@ impl<const MIN: usize> FromArgMatches for Sources<MIN> {
         }
         each::<DVec3>(matches, &mut sources, "spacing", owner, |s, mm| s.spacing_mm = Some(mm));
         each::<Turn>(matches, &mut sources, "turn", owner, |s, turn| s.turn = turn);
+        each::<PartOf>(matches, &mut sources, "within", owner, |s, part| s.within = Some(part));
+        each::<PartOf>(matches, &mut sources, "without", owner, |s, part| s.within = Some(PartOf { keeps: false, ..part }));
         each::<Raw>(matches, &mut sources, "raw", owner, |s, raw| s.raw = Some(raw));
         each::<Reduce>(matches, &mut sources, "reduce", owner, |s, reduce| s.reduce = Some(reduce));
         each::<Uneven>(matches, &mut sources, "uneven", owner, |s, uneven| s.uneven = uneven);

@@ -41,7 +41,11 @@ fn the_jaw_comes_off_the_phantom() {
                 }
             }
             let share = right as f64 / all as f64;
-            println!("skull {which:?} of {size} samples, necks up to {mm} mm: {:.3} % of {all} voxels right, parts {:?}", 100.0 * share, sizes(&labels));
+            println!(
+                "skull {which:?} of {size} samples, necks up to {mm} mm: {:.3} % of {all} voxels right, parts {:?}",
+                100.0 * share,
+                sizes(&labels)
+            );
             let bone = Islands::of_bone(&surface, &Progress::default()).unwrap().sizes().iter().sum::<u64>();
             assert!(all as f64 > 0.999 * bone as f64, "{all} of {bone}");
             assert!(mm != JAW_MM || share >= 0.995, "{share}");
@@ -56,14 +60,18 @@ const JAW_MM: f64 = 4.0;
 fn balls_that_touch_come_apart_and_plates_that_are_thick_do_not() {
     // Fails if a neck is not cut, a thick one is, spacing is taken for another axis's, or a sample of bone is lost.
     let ball = |at: [usize; 3], x: f64| (DVec3::new(at[0] as f64 - x, at[1] as f64 - 8.0, at[2] as f64 - 8.0)).length() <= 6.0;
-    let two = solid([32, 17, 17], DVec3::ONE, |at| ball(at, 8.0) || ball(at, 22.0) || (at[1].abs_diff(8) <= 1 && at[2].abs_diff(8) <= 1 && (8..22).contains(&at[0])));
+    let two = solid([32, 17, 17], DVec3::ONE, |at| {
+        ball(at, 8.0) || ball(at, 22.0) || (at[1].abs_diff(8) <= 1 && at[2].abs_diff(8) <= 1 && (8..22).contains(&at[0]))
+    });
     let bone: u64 = Islands::of_bone(&two, &Progress::default()).unwrap().sizes().iter().sum();
     let apart = |mm| sizes(&separate(&two, Neck { mm, least_mm3: None }, &Progress::default()).unwrap());
     assert_eq!(apart(2.0), [bone]);
     let found = apart(4.0);
     assert!(found.len() == 2 && found[0].abs_diff(found[1]) <= 9 && found.iter().sum::<u64>() == bone, "{found:?} of {bone}");
     // A neck of 3 samples is 1.5 mm thick where they are 0.5 mm apart.
-    let fine = solid([32, 9, 9], DVec3::new(1.0, 0.5, 0.5), |[i, j, k]| i.abs_diff(8) < 6 || i.abs_diff(23) < 6 || (j.abs_diff(4) <= 1 && k.abs_diff(4) <= 1));
+    let fine = solid([32, 9, 9], DVec3::new(1.0, 0.5, 0.5), |[i, j, k]| {
+        i.abs_diff(8) < 6 || i.abs_diff(23) < 6 || (j.abs_diff(4) <= 1 && k.abs_diff(4) <= 1)
+    });
     assert_eq!(sizes(&separate(&fine, Neck { mm: 1.0, least_mm3: None }, &Progress::default()).unwrap()).len(), 1);
     assert_eq!(sizes(&separate(&fine, Neck { mm: 2.5, least_mm3: None }, &Progress::default()).unwrap()).len(), 2);
 }

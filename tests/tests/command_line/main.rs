@@ -10,6 +10,7 @@ mod printing;
 mod registering;
 mod sectioning;
 mod volumes;
+mod within;
 
 use serde_json::Value;
 use std::path::{Path, PathBuf};

@@ -44,7 +44,7 @@ fn by_points(opened: &Opened, pick_mm: f64) -> Result<(DAffine3, String), Comman
 
 fn by_symmetry(opened: &Opened, image: Option<&Path>) -> Result<(DAffine3, String), CommandError> {
     let layer = &opened.scene.layers[0];
-    let surface = Surface::new(&opened.volumes[0], layer.iso, DAffine3::IDENTITY)?;
+    let surface = Surface::new(&opened.measured().volumes[0], layer.iso, DAffine3::IDENTITY)?;
     let found = with_progress("mirroring", |progress| symmetry(&surface, &Parts::default(), progress))?;
     let DVec3 { x, y, z } = found.plane.normal;
     let mut told = format!(

@@ -37,7 +37,8 @@ pub fn thickness(args: &ThicknessArgs, machine: Machine) -> Result<(), CommandEr
     }
     require_spacing(&opened)?;
     opened.scene.layers[0].visible = true;
-    let (volume, layer) = (&opened.volumes[0], &opened.scene.layers[0]);
+    let measured = opened.measured();
+    let (volume, layer) = (&measured.volumes[0], &opened.scene.layers[0]);
     let name = match args.method {
         ThicknessMethod::Normal => "along the inward normal",
         ThicknessMethod::Sphere => "largest inscribed sphere",

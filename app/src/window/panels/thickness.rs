@@ -157,7 +157,8 @@ impl ThicknessPanel {
     /// What is asked for, if there is a scan.
     fn order(&self, work: &Work) -> Option<Order> {
         let (opened, last) = (&work.opened, work.measured.landmarks.iter().rfind(|l| l.point_mm.is_some()));
-        let (volume, layer) = (opened.volumes.get(self.index)?, opened.scene.layers.get(self.index)?);
+        let measured = opened.measured();
+        let (volume, layer) = (measured.volumes.get(self.index)?, opened.scene.layers.get(self.index)?);
         let name = METHODS.iter().find(|(m, ..)| *m == self.method).map_or("", |(_, name, _)| name).to_lowercase();
         let patch = self.patch_mm.and_then(|mm| Some((last?, mm)));
         let place = patch.map(|(landmark, mm)| format!(", within {mm} mm of {}", landmark.name)).unwrap_or_default();

@@ -188,7 +188,7 @@ fn by_points(opened: &Opened, landmarks: &[Landmark], n: usize, pick_mm: f64) ->
 
 fn by_symmetry(opened: &Opened, n: usize, progress: &Progress) -> Result<Held, OrientError> {
     let layer = &opened.scene.layers[n];
-    let surface = Surface::new(&opened.volumes[n], layer.iso, layer.transform)?;
+    let surface = Surface::new(&opened.measured().volumes[n], layer.iso, layer.transform)?;
     let found = orient::symmetry(&surface, &Parts::default(), progress)?;
     let fit = &found.found.fit;
     let facts = vec![

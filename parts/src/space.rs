@@ -1,0 +1,283 @@
+//! The space that belongs to parts: their samples with all cells around these, and no nearer to another part than to them.
+//!
+//! ```text
+//!   φ = min(reach − d, (d′ − d) / 2)     d, d′: how far the nearest sample of these parts is, and of others; mm
+//! ```
+//! A part's samples lie inside of its bone, whose surface passes between them and the samples beside: with a reach of a cell's diagonal it is whole.
+
+use crate::labels::Labels;
+use bregma_field::solid::BAND_VOXEL;
+use bregma_field::{BRICK, Cancelled, Progress, Sample, Solid, Store, Surface, with_block};
+use glam::{DVec3, USizeVec3};
+use rayon::prelude::*;
+
+/// Samples along each side of what is worked on at a time.
+const TILE: usize = 4 * BRICK;
+
+/// Whose a sample is.
+#[derive(Clone, Copy, PartialEq)]
+enum Whose {
+    Theirs,
+    Another,
+    Nobody,
+}
+
+/// What of the parts is meant.
+#[derive(Clone, Copy, Debug)]
+pub struct Meant<'a> {
+    /// Their numbers.
+    pub numbers: &'a [u16],
+    /// How far they are grown beyond the cells around their samples, mm; shrunk where negative.
+    pub grow_mm: f64,
+    /// Bone that belongs to no part is another's.
+    pub bone: Option<&'a Surface>,
+}
+
+impl Labels {
+    /// The space that belongs to some of the parts. `progress` counts tiles.
+    pub fn space_of(&self, meant: Meant<'_>, progress: &Progress) -> Result<Solid, Cancelled> {
+        let grid = self.grid();
+        let (dims, spacing_mm) = (grid.dims(), grid.spacing_mm());
+        let finest_mm = spacing_mm.min_element();
+        let reach_mm = spacing_mm.length() + meant.grow_mm;
+        // Beyond the band nothing need be known but the side.
+        let apron = (DVec3::splat(reach_mm.max(0.0) + 2.0 * BAND_VOXEL * finest_mm) / spacing_mm).ceil().as_usizevec3();
+        let work = Work { labels: self, meant, dims: dims.into(), spacing_mm, finest_mm, reach_mm, apron };
+        let tiles = dims.map(|n| n.div_ceil(TILE));
+        let mut distances = vec![0.0_f32; dims.iter().product()];
+        // Layers of tiles lie one behind the other, and each is written by itself.
+        progress.begin((tiles[1] * tiles[2]) as u64);
+        let layer = dims[0] * dims[1] * TILE;
+        for (z, slab) in distances.chunks_mut(layer).enumerate() {
+            let rows: Vec<(usize, Vec<f32>)> = (0..tiles[1])
+                .into_par_iter()
+                .map(|y| {
+                    progress.advance(1)?;
+                    Ok((y, work.row([0, y * TILE, z * TILE].into())))
+                })
+                .collect::<Result<_, Cancelled>>()?;
+            for (y, row) in rows {
+                let high = TILE.min(dims[1] - y * TILE) * dims[0];
+                for (slice, row) in slab.chunks_mut(dims[0] * dims[1]).zip(row.chunks(high)) {
+                    slice[y * TILE * dims[0]..][..high].copy_from_slice(row);
+                }
+            }
+        }
+        Solid::of_distances(grid, &distances, &Progress::default())
+    }
+}
+
+/// What tiles are worked out from.
+struct Work<'a> {
+    labels: &'a Labels,
+    meant: Meant<'a>,
+    dims: USizeVec3,
+    spacing_mm: DVec3,
+    finest_mm: f64,
+    reach_mm: f64,
+    /// Samples around a tile that may be the nearest of one in it.
+    apron: USizeVec3,
+}
+
+impl Work<'_> {
+    /// A row of tiles along i: distances, i fastest.
+    fn row(&self, first: USizeVec3) -> Vec<f32> {
+        let size = (self.dims - first).min(USizeVec3::new(self.dims.x, TILE, TILE));
+        let mut row = vec![0.0; size.element_product()];
+        for x in (0..self.dims.x).step_by(TILE) {
+            let wide = TILE.min(self.dims.x - x);
+            let tile = self.tile(first + USizeVec3::X * x, USizeVec3::new(wide, size.y, size.z));
+            for (to, from) in row.chunks_mut(size.x).zip(tile.chunks(wide)) {
+                to[x..x + wide].copy_from_slice(from);
+            }
+        }
+        row
+    }
+
+    /// How far within the space each sample of a tile is, mm.
+    fn tile(&self, first: USizeVec3, size: USizeVec3) -> Vec<f32> {
+        let far_mm = (2.0 * BAND_VOXEL * self.finest_mm) as f32;
+        let low = USizeVec3::new(
+            first.x.saturating_sub(self.apron.x),
+            first.y.saturating_sub(self.apron.y),
+            first.z.saturating_sub(self.apron.z),
+        );
+        let box_size = (first + size + self.apron).min(self.dims) - low;
+        let whose = self.whose(low, box_size);
+        let count = |who: Whose| whose.iter().filter(|w| **w == who).count();
+        let (own, others) = (count(Whose::Theirs), count(Whose::Another));
+        if own == 0 || own == whose.len() {
+            return vec![if own == 0 { -far_mm } else { far_mm }; size.element_product()];
+        }
+        let to = |is: &dyn Fn(Whose) -> bool| {
+            let mut squares: Vec<f32> = whose.iter().map(|w| if is(*w) { 0.0 } else { f32::INFINITY }).collect();
+            squared_distances(&mut squares, box_size, self.spacing_mm);
+            squares
+        };
+        let own = to(&|w| w == Whose::Theirs);
+        let beside = to(&|w| w != Whose::Theirs);
+        let other = (others > 0).then(|| to(&|w| w == Whose::Another));
+        let mut tile = Vec::with_capacity(size.element_product());
+        for n in 0..size.element_product() {
+            let at = USizeVec3::new(n % size.x, n / size.x % size.y, n / (size.x * size.y)) + first - low;
+            let m = (at.z * box_size.y + at.y) * box_size.x + at.x;
+            let from_own = f64::from(own[m].sqrt());
+            // Deep in it: how far it is out of it, so that what is far from its surface is known to be.
+            let depth = if from_own > 0.0 { -from_own } else { f64::from(beside[m].sqrt()) - self.finest_mm };
+            let from_other = other.as_ref().map_or(f64::INFINITY, |other| f64::from(other[m].sqrt()));
+            tile.push((self.reach_mm + depth).min((from_other - from_own) / 2.0) as f32);
+        }
+        tile
+    }
+
+    fn whose(&self, low: USizeVec3, size: USizeVec3) -> Vec<Whose> {
+        let mut whose = Vec::with_capacity(size.element_product());
+        for z in low.z..low.z + size.z {
+            for y in low.y..low.y + size.y {
+                whose.extend((low.x..low.x + size.x).map(|x| match self.labels.number([x, y, z]) {
+                    0 if self.meant.bone.is_some_and(|bone| is_bone(bone, [x, y, z])) => Whose::Another,
+                    0 => Whose::Nobody,
+                    n if self.meant.numbers.contains(&n) => Whose::Theirs,
+                    _ => Whose::Another,
+                }));
+            }
+        }
+        whose
+    }
+}
+
+fn is_bone(surface: &Surface, sample: [usize; 3]) -> bool {
+    let value = with_block!(Store::of(&surface.volume).whole(), b => b.at(sample).to_f64());
+    f64::from(surface.sign) * (value - surface.level) >= 0.0
+}
+
+/// Makes of 0 and infinity the squared distance of each sample from the nearest with 0: along one axis after the other, by lower envelopes of parabolas
+/// (Felzenszwalb and Huttenlocher 2012, doi:10.4086/toc.2012.v008a019).
+fn squared_distances(squares: &mut [f32], size: USizeVec3, spacing_mm: DVec3) {
+    let strides = [1, size.x, size.x * size.y];
+    let longest = size.max_element();
+    let (mut line, mut envelope) = (vec![0.0_f32; longest], Envelope::default());
+    for axis in 0..3 {
+        let (count, stride) = (size[axis], strides[axis]);
+        let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
+        for b in 0..size[v] {
+            for a in 0..size[u] {
+                let first = a * strides[u] + b * strides[v];
+                (0..count).for_each(|n| line[n] = squares[first + n * stride]);
+                if line[..count].iter().all(|square| *square == 0.0) || !envelope.lower(&mut line[..count], spacing_mm[axis] as f32) {
+                    continue;
+                }
+                (0..count).for_each(|n| squares[first + n * stride] = line[n]);
+            }
+        }
+    }
+}
+
+/// The lower envelope of parabolas: where each stands, and from where on it is the lowest, in samples.
+#[derive(Default)]
+struct Envelope {
+    feet: Vec<(usize, f32)>,
+    heights: Vec<f32>,
+}
+
+impl Envelope {
+    /// Of the squares of a line; says whether there is any.
+    fn lower(&mut self, line: &mut [f32], spacing_mm: f32) -> bool {
+        let step = spacing_mm * spacing_mm;
+        self.feet.clear();
+        self.heights.clear();
+        for (n, &height) in line.iter().enumerate().filter(|(_, height)| height.is_finite()) {
+            let mut from = f32::NEG_INFINITY;
+            while let (Some(&(foot, first)), Some(&below)) = (self.feet.last(), self.heights.last()) {
+                // Where both are as high.
+                let (a, b) = (foot as f32, n as f32);
+                from = ((height - below) / step + b * b - a * a) / (2.0 * (b - a));
+                if from > first {
+                    break;
+                }
+                self.feet.pop();
+                self.heights.pop();
+                from = f32::NEG_INFINITY;
+            }
+            self.feet.push((n, from));
+            self.heights.push(height);
+        }
+        let mut k = 0;
+        for (n, value) in line.iter_mut().enumerate() {
+            if self.feet.is_empty() {
+                return false;
+            }
+            while self.feet.get(k + 1).is_some_and(|(_, from)| *from < n as f32) {
+                k += 1;
+            }
+            let away = n as f32 - self.feet[k].0 as f32;
+            *value = self.heights[k] + step * away * away;
+        }
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::labels::Part;
+    use bregma_field::{Grid, IndexPoint, Samples};
+    use bregma_synthetic::Random;
+    use glam::DMat3;
+
+    fn labels(dims: [usize; 3], spacing: DVec3, numbers: Vec<u8>) -> Labels {
+        let grid = Grid::new(dims, spacing, DVec3::ZERO, DMat3::IDENTITY).unwrap();
+        Labels::new(grid, Samples::U8(numbers), vec![Part::new(1, "a".into()), Part::new(2, "b".into())]).unwrap()
+    }
+
+    #[test]
+    fn the_space_of_a_part_is_what_is_nearer_to_it_than_a_cell_is_long_and_than_others() {
+        // Fails if a distance is not the nearest one, an axis has another's spacing, tiles do not fit together, or another part's space is taken.
+        let (dims, spacing) = ([41, 35, 37], DVec3::new(0.7, 1.0, 1.3));
+        let mut r = Random(5);
+        let numbers: Vec<u8> =
+            (0..dims.iter().product()).map(|_| if r.unit() < 0.001 { 1 + u8::from(r.unit() < 0.5) } else { 0 }).collect();
+        let labels = labels(dims, spacing, numbers.clone());
+        let places = |number: u8| -> Vec<DVec3> {
+            let at =
+                |n: usize| DVec3::new((n % dims[0]) as f64, (n / dims[0] % dims[1]) as f64, (n / (dims[0] * dims[1])) as f64) * spacing;
+            (0..numbers.len()).filter(|n| numbers[*n] == number).map(at).collect()
+        };
+        let (own, other) = (places(1), places(2));
+        for grow_mm in [0.0, 0.8, -0.6] {
+            let solid = labels.space_of(Meant { numbers: &[1], grow_mm, bone: None }, &Progress::default()).unwrap();
+            let (mut worst, mut near) = (0.0_f64, 0);
+            for n in 0..numbers.len() {
+                let at = [n % dims[0], n / dims[0] % dims[1], n / (dims[0] * dims[1])];
+                let p = DVec3::from(at.map(|i| i as f64)) * spacing;
+                let nearest = |of: &[DVec3]| of.iter().map(|q| q.distance(p)).fold(f64::INFINITY, f64::min);
+                let exact = (spacing.length() + grow_mm - nearest(&own)).min((nearest(&other) - nearest(&own)) / 2.0);
+                let found = f64::from(solid.units_at(at)) * solid.unit_mm();
+                if nearest(&own) > 0.0 && exact.abs() < BAND_VOXEL * 0.7 {
+                    worst = worst.max((found - exact).abs() / 0.7);
+                    near += 1;
+                }
+                // As near float32 is on either side.
+                assert!((found >= 0.0) == (exact >= 0.0) || exact.abs() < 1e-6, "{at:?}: {found} for {exact}");
+            }
+            println!("grown by {grow_mm} mm: {near} samples in the band, worst {worst:.1e} voxel");
+            assert!(near > 1000 && worst < 1e-3);
+        }
+    }
+
+    #[test]
+    fn all_cells_around_a_part_are_in_its_space_and_bone_of_nobody_is_not() {
+        // Fails if the surface of a part's bone is cut, or bone beside it that has no label counts as its own.
+        let dims = [24, 20, 22];
+        let numbers: Vec<u8> = (0..dims.iter().product()).map(|n: usize| u8::from((6..12).contains(&(n % 24)))).collect();
+        let labels = labels(dims, DVec3::ONE, numbers);
+        let solid = labels.space_of(Meant { numbers: &[1], grow_mm: 0.0, bone: None }, &Progress::default()).unwrap();
+        assert!(solid.holds(IndexPoint(DVec3::new(5.0, 9.0, 9.0))) && solid.holds(IndexPoint(DVec3::new(12.0, 9.0, 9.0))));
+        assert!(!solid.holds(IndexPoint(DVec3::new(3.0, 9.0, 9.0))));
+        let value = |p: glam::DVec3| if (6.0..12.0).contains(&p.x) || p.x >= 13.0 { 9.0 } else { 0.0 };
+        let volume = bregma_synthetic::analytic::sampled("bone", labels.grid(), value);
+        let surface = Surface::new(&std::sync::Arc::new(volume), 5.0, glam::DAffine3::IDENTITY).unwrap();
+        let solid = labels.space_of(Meant { numbers: &[1], grow_mm: 0.0, bone: Some(&surface) }, &Progress::default()).unwrap();
+        assert!(solid.holds(IndexPoint(DVec3::new(11.9, 9.0, 9.0))) && !solid.holds(IndexPoint(DVec3::new(12.1, 9.0, 9.0))));
+    }
+}
