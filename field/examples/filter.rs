@@ -2,16 +2,18 @@
 //!
 //!     cargo run --release -p bregma-field --example filter -- SCAN OUT ROUNDS gaussian MM | median N | diffusion N C T
 
+use bregma_field::Progress;
 use bregma_field::filters::{Filter, filtered};
 use bregma_field::formats::{Hints, open, write};
-use bregma_field::Progress;
 use std::error::Error;
 use std::time::Instant;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
-    let [scan, out, rounds, filter @ ..] = words.as_slice() else { return Err("name a scan, a file to write, how many rounds and a filter".into()) };
+    let [scan, out, rounds, filter @ ..] = words.as_slice() else {
+        return Err("name a scan, a file to write, how many rounds and a filter".into());
+    };
     let filter = match filter {
         ["gaussian", mm] => Filter::Gaussian { sigma_mm: mm.parse()? },
         ["median", radius] => Filter::Median { radius: radius.parse()? },

@@ -125,13 +125,16 @@ mod tests {
     fn distances_are_the_least_of_all_pairs() {
         // Fails if a pass forgets a neighbour, an axis's spacing is another's, a run's end is missed, or the scan's box counts as outside.
         let mut random = Random(5);
-        for (dims, inside) in [([9, 7, 6], 0.9), ([17, 3, 5], 0.97), ([1, 8, 9], 0.8), ([20, 1, 1], 0.7), ([5, 5, 5], 1.1), ([4, 4, 4], -0.1)] {
+        for (dims, inside) in
+            [([9, 7, 6], 0.9), ([17, 3, 5], 0.97), ([1, 8, 9], 0.8), ([20, 1, 1], 0.7), ([5, 5, 5], 1.1), ([4, 4, 4], -0.1)]
+        {
             let bone: Vec<bool> = (0..dims.iter().product()).map(|_| random.unit() < inside).collect();
             let row = |row: usize, out: &mut Vec<_>| runs_of(&bone[row * dims[0]..][..dims[0]], |b| b, out);
             let islands = Islands::find(dims, row, &Progress::default()).unwrap();
             let spacing = DVec3::new(0.7, 1.0, 2.3);
             let found = squared_distances(&islands, spacing, &Progress::default()).unwrap();
-            let place = |n: usize| DVec3::new((n % dims[0]) as f64, (n / dims[0] % dims[1]) as f64, (n / dims[0] / dims[1]) as f64) * spacing;
+            let place =
+                |n: usize| DVec3::new((n % dims[0]) as f64, (n / dims[0] % dims[1]) as f64, (n / dims[0] / dims[1]) as f64) * spacing;
             for (n, square) in found.iter().enumerate() {
                 let outside = (0..bone.len()).filter(|&m| !bone[m]);
                 let least = outside.map(|m| place(m).distance_squared(place(n))).fold(f64::INFINITY, f64::min);

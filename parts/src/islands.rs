@@ -75,11 +75,7 @@ impl Islands {
     }
 
     /// Of what `row` says of each row j + ny·k: its runs, ascending and apart, pushed behind those that are there.
-    pub(crate) fn find(
-        dims: [usize; 3],
-        row: impl Fn(usize, &mut Vec<Run>) + Sync,
-        progress: &Progress,
-    ) -> Result<Self, Cancelled> {
+    pub(crate) fn find(dims: [usize; 3], row: impl Fn(usize, &mut Vec<Run>) + Sync, progress: &Progress) -> Result<Self, Cancelled> {
         let [_, ny, nz] = dims;
         progress.begin(nz as u64);
         let thick = nz.div_ceil(SLABS);
@@ -130,7 +126,8 @@ impl Islands {
 
     /// One of them alone.
     pub(crate) fn only(&self, number: usize) -> Self {
-        let mut only = Self { dims: self.dims, runs: Runs { starts: vec![0], runs: vec![] }, island: vec![], sizes: vec![self.sizes[number]] };
+        let mut only =
+            Self { dims: self.dims, runs: Runs { starts: vec![0], runs: vec![] }, island: vec![], sizes: vec![self.sizes[number]] };
         for row in 0..self.dims[1] * self.dims[2] {
             only.runs.runs.extend(self.row(row).filter(|(_, island)| *island == number).map(|(run, _)| run));
             only.runs.starts.push(only.runs.runs.len());

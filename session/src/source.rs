@@ -65,7 +65,8 @@ impl Source {
     /// Reads the headers of the scan.
     pub fn scan(&self, progress: &Progress) -> Result<Scan, OpenError> {
         let raw = self.raw.as_ref().map(|raw| raw.layout);
-        let hints = Hints { spacing_mm: self.spacing_mm, turn: self.turn, raw, reduce: self.reduce, uneven: self.uneven, ..Hints::default() };
+        let hints =
+            Hints { spacing_mm: self.spacing_mm, turn: self.turn, raw, reduce: self.reduce, uneven: self.uneven, ..Hints::default() };
         let scan = formats::scan(&self.file, &hints, progress)?;
         Ok(if let Some(name) = &self.called { scan.renamed(name) } else { scan })
     }

@@ -49,20 +49,27 @@ fn means_are_those_of_the_kernel_in_three_axes() {
     for dims in GRIDS {
         let samples: Vec<i16> = (0..dims.iter().product()).map(|_| (random.unit() * 2000.0 - 1000.0) as i16).collect();
         let spacing_mm = DVec3::new(0.5, 1.0, 2.0);
-        let smooth = filtered(&volume(dims, spacing_mm, Samples::I16(samples.clone())), Filter::Gaussian { sigma_mm: 0.8 }, &Progress::default()).unwrap();
+        let smooth =
+            filtered(&volume(dims, spacing_mm, Samples::I16(samples.clone())), Filter::Gaussian { sigma_mm: 0.8 }, &Progress::default())
+                .unwrap();
         let kernels = spacing_mm.to_array().map(|mm| gaussian::kernel((0.8 / mm).powi(2)));
         let weight = |axis: usize, n: isize| kernels[axis].get(n.unsigned_abs()).map_or(0.0, |w| f64::from(*w));
         for (n, found) in floats(&smooth).iter().enumerate() {
             let at = place(n, dims);
             let mut mean = 0.0;
             let reach = kernels.each_ref().map(|kernel| kernel.len() as isize - 1);
-            for (z, y, x) in (-reach[2]..=reach[2]).flat_map(|z| (-reach[1]..=reach[1]).flat_map(move |y| (-reach[0]..=reach[0]).map(move |x| (z, y, x)))) {
+            for (z, y, x) in (-reach[2]..=reach[2])
+                .flat_map(|z| (-reach[1]..=reach[1]).flat_map(move |y| (-reach[0]..=reach[0]).map(move |x| (z, y, x))))
+            {
                 let value = beyond(&samples, dims, [at[0] + x, at[1] + y, at[2] + z]);
                 mean += weight(0, x) * weight(1, y) * weight(2, z) * f64::from(value);
             }
             assert!((f64::from(*found) - mean).abs() < 2e-3, "{dims:?} {at:?}: {found} {mean}");
         }
-        assert_eq!((smooth.slope(), smooth.name(), smooth.metadata()["Filtered"].as_str()), (2.0, "test (Gaussian 0.8 mm)", "Gaussian 0.8 mm"));
+        assert_eq!(
+            (smooth.slope(), smooth.name(), smooth.metadata()["Filtered"].as_str()),
+            (2.0, "test (Gaussian 0.8 mm)", "Gaussian 0.8 mm")
+        );
     }
 }
 

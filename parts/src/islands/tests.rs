@@ -57,7 +57,9 @@ fn islands_are_those_of_a_flood_fill_in_the_order_of_their_sizes() {
     // Fails if two runs that touch are not united, slabs are not joined, two that do not touch are, or sizes or their order are wrong. Grids of one
     // sample along an axis and of more slices than there are slabs are among these.
     let mut random = Random(3);
-    for (dims, part) in [([7, 6, 5], 0.4), ([5, 4, 70], 0.3), ([1, 9, 8], 0.5), ([9, 1, 8], 0.5), ([30, 1, 1], 0.6), ([4, 5, 1], 0.6), ([6, 6, 6], 0.7)] {
+    for (dims, part) in
+        [([7, 6, 5], 0.4), ([5, 4, 70], 0.3), ([1, 9, 8], 0.5), ([9, 1, 8], 0.5), ([30, 1, 1], 0.6), ([4, 5, 1], 0.6), ([6, 6, 6], 0.7)]
+    {
         for _ in 0..5 {
             let samples: Vec<i16> = (0..dims.iter().product()).map(|_| (random.unit() * 1000.0) as i16).collect();
             let level = ((1.0 - part) * 1000.0_f64).round();

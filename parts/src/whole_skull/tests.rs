@@ -37,7 +37,8 @@ fn a_skull_alone_is_kept_whole_and_a_table_that_holds_it_is_not() {
     for (n, sample) in on_a_table.iter_mut().enumerate() {
         let [i, j, k] = [n % nx, n / nx % ny, n / (nx * ny)];
         // Behind the head, three samples thick; a post of two by two samples holds it.
-        let is_table = j + 4 >= ny && j + 1 < ny || (nx / 2..nx / 2 + 2).contains(&i) && (58..60).contains(&k) && j + 14 >= ny && j + 4 < ny;
+        let is_table =
+            j + 4 >= ny && j + 1 < ny || (nx / 2..nx / 2 + 2).contains(&i) && (58..60).contains(&k) && j + 14 >= ny && j + 4 < ny;
         if is_table && f64::from(*sample) < ISO {
             *sample = 1200;
             table += 1;
@@ -76,7 +77,8 @@ fn a_plate_larger_than_the_skull_is_none() {
         }
     }
     let grid = Grid::new(grown, volume.grid().spacing_mm(), DVec3::ZERO, DMat3::IDENTITY).unwrap();
-    let raster = bregma_field::Raster { grid, samples: Samples::I16(with_plate), slope: 1.0, intercept: 0.0, unit: volume.unit(), warnings: vec![] };
+    let raster =
+        bregma_field::Raster { grid, samples: Samples::I16(with_plate), slope: 1.0, intercept: 0.0, unit: volume.unit(), warnings: vec![] };
     let found = kept(Volume::new("plate".into(), "test", raster).unwrap());
     let islands_of_skull = count(&found.labels);
     assert!(islands_of_skull as f64 > 0.99 * skull as f64 && islands_of_skull <= skull as u64, "{islands_of_skull} of {skull}");

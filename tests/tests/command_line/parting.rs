@@ -18,7 +18,8 @@ fn parts_are_told_written_and_read_again() {
     let d = folder("parts");
     nrrd(&d.join("two.nrrd"), CUBE, &dumbbell());
     let rows = |line: &str| -> Value { serde_json::from_str(&stdout(&ok(&d, line))).unwrap() };
-    let samples = |record: &Value| -> Vec<u64> { record["parts"].as_array().unwrap().iter().map(|p| p["samples"].as_u64().unwrap()).collect() };
+    let samples =
+        |record: &Value| -> Vec<u64> { record["parts"].as_array().unwrap().iter().map(|p| p["samples"].as_u64().unwrap()).collect() };
     let islands = rows("parts two.nrrd --islands --iso 0 --json");
     let all = islands["bone_samples"].as_u64().unwrap();
     assert_eq!(samples(&islands), [all - 1, 1]);
@@ -48,7 +49,9 @@ fn parts_that_there_are_not_are_one_clear_line() {
     fails(&d, "parts two.nrrd --islands --iso 2000 --out kept.seg.nrrd", &["none of its samples is bone"]);
     assert_eq!(std::fs::read_to_string(d.join("kept.seg.nrrd")).unwrap(), "kept");
     fails(&d, "parts two.nrrd --largest --iso 0 --out parts.xyz", &["end the name in one of"]);
-    for line in ["parts two.nrrd", "parts two.nrrd --largest --islands", "parts two.nrrd --at 0,0,0 --iso 0", "parts two.nrrd two.nrrd --largest"] {
+    for line in
+        ["parts two.nrrd", "parts two.nrrd --largest --islands", "parts two.nrrd --at 0,0,0 --iso 0", "parts two.nrrd two.nrrd --largest"]
+    {
         assert_eq!(bregma(&d, line).status.code(), Some(2), "{line}");
     }
 }
@@ -70,7 +73,9 @@ fn filters_make_scans_of_their_own() {
     assert_eq!(info("diffused.mha")["to_world"], info("two.nrrd")["to_world"]);
     // The crumb is gone, and so is the neck.
     assert_eq!(stdout(&ok(&d, "parts median.nrrd --islands --iso 0")).matches("Island").count(), 2);
-    for line in ["filter two.nrrd --out x.nrrd", "filter two.nrrd --diffuse 2,1,9 --out x.nrrd", "filter two.nrrd --diffuse 1.5 --out x.nrrd"] {
+    for line in
+        ["filter two.nrrd --out x.nrrd", "filter two.nrrd --diffuse 2,1,9 --out x.nrrd", "filter two.nrrd --diffuse 1.5 --out x.nrrd"]
+    {
         assert_eq!(bregma(&d, line).status.code(), Some(2), "{line}");
     }
     assert!(!d.join("x.nrrd").exists());

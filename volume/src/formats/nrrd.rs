@@ -73,7 +73,8 @@ fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, ReadErr
         Some("value") => Some(Unit::Value),
         _ => None,
     };
-    let mut metadata: Metadata = header.keys.into_iter().filter(|(key, _)| !["slope", "intercept", "unit"].contains(&key.as_str())).collect();
+    let mut metadata: Metadata =
+        header.keys.into_iter().filter(|(key, _)| !["slope", "intercept", "unit"].contains(&key.as_str())).collect();
     if hints.layer.is_some() {
         metadata.insert(LAYERS.to_owned(), layers.count.to_string());
     }

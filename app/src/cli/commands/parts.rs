@@ -121,9 +121,9 @@ fn told(record: &Record<'_>, unit: &str) -> String {
         "mean",
     );
     for Row { part, statistics } in parts.iter().take(MOST_ROWS) {
-        let extent = statistics.extent.map_or("none".to_owned(), |[low, high]| {
-            (0..3).map(|a| format!("{}–{}", low[a], high[a])).collect::<Vec<_>>().join(", ")
-        });
+        let extent = statistics
+            .extent
+            .map_or("none".to_owned(), |[low, high]| (0..3).map(|a| format!("{}–{}", low[a], high[a])).collect::<Vec<_>>().join(", "));
         text += &format!(
             "  {:<width$} {:>14} {:>12} {:>10} {:>10}  {extent}\n",
             part.name,
