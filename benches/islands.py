@@ -44,7 +44,7 @@ def timed(work, rounds):
 
 
 def itk(image, iso):
-    return sitk.ConnectedComponent(sitk.BinaryThreshold(image, float(iso), 1e9, 1, 0), False)
+    return sitk.ConnectedComponent(sitk.BinaryThreshold(image, float(iso), 32767.0, 1, 0), False)
 
 
 def same(ours, others, count):

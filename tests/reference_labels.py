@@ -58,7 +58,7 @@ def main():
         print(f"written by the program: {len(parts)} parts, {(by_pynrrd > 0).sum()} samples, read by pynrrd and SimpleITK as they are")
 
         # As 3D Slicer writes two segments that overlap, each in a layer, cropped to a box.
-        low, size = np.array([20, 30, 10]), np.array([90, 100, 80])
+        low, size = np.array(samples.shape) // 6, np.array(samples.shape) // 2
         box = tuple(slice(a, a + n) for a, n in zip(low, size))
         random = np.random.default_rng(1)
         layers = np.stack([samples[box] > 226, (random.random(size) < 0.1) * 2]).astype(np.uint8)

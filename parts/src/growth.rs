@@ -28,15 +28,15 @@ struct Step {
 type Waiting = Reverse<(u32, u16, usize)>;
 
 impl Growth {
-    /// Finds owners and ways where ways are infinite; what no core reaches stays nobody's. Of two as near, the one of the lower number has it.
+    /// Finds owners and ways where ways are infinite, from where they are known; what no core reaches stays nobody's. Of two as near, the one of the lower number has it.
     /// It is one thread's work, in the order of ways, and visits only bone that is no core. `progress` counts samples.
     pub fn grow(&mut self, progress: &Progress) -> Result<(), Cancelled> {
         let steps = self.steps();
         let open = self.way_mm.par_iter().filter(|way| **way == f32::INFINITY).count();
         progress.begin(open as u64);
-        let border = (0..self.owner.len()).into_par_iter().filter(|&n| self.way_mm[n] == 0.0 && self.is_border(&steps, n));
+        let border = (0..self.owner.len()).into_par_iter().filter(|&n| self.owner[n] > 0 && self.is_border(&steps, n));
         let border: Vec<usize> = border.collect();
-        let mut waiting: BinaryHeap<Waiting> = border.into_iter().map(|n| Reverse((0, self.owner[n], n))).collect();
+        let mut waiting: BinaryHeap<Waiting> = border.into_iter().map(|n| Reverse((self.way_mm[n].to_bits(), self.owner[n], n))).collect();
         let mut settled = 0;
         while let Some(Reverse((bits, owner, n))) = waiting.pop() {
             // It was reached on a shorter way since.

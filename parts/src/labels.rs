@@ -2,6 +2,7 @@
 
 use crate::error::PartsError;
 use bregma_field::{AnyBlock, Grid, Metadata, Raster, Samples, Store, Unit, Volume};
+use rayon::prelude::*;
 use serde::Serialize;
 
 /// What is known of a part beside its samples.
@@ -51,11 +52,10 @@ impl Labels {
     pub fn new(grid: Grid, numbers: Samples, mut parts: Vec<Part>) -> Result<Self, PartsError> {
         let raster = Raster { grid, samples: numbers, slope: 1.0, intercept: 0.0, unit: Unit::Value, warnings: vec![] };
         let volume = Volume::new("parts".to_owned(), "label map", raster)?;
-        for number in present(&volume) {
-            if !parts.iter().any(|part| part.number == number) {
-                parts.push(Part::new(number, number.to_string()));
-            }
-        }
+        let mut is_unnamed = present(&volume);
+        parts.iter().for_each(|part| is_unnamed[usize::from(part.number)] = false);
+        let unnamed = (1..=u16::MAX).filter(|&number| is_unnamed[usize::from(number)]);
+        parts.extend(unnamed.map(|number| Part::new(number, number.to_string())));
         parts.sort_by_key(|part| part.number);
         Ok(Self { volume, parts })
     }
@@ -76,21 +76,18 @@ impl Labels {
     }
 
     /// The number of a sample's part, 0 where it has none.
-    pub fn number(&self, sample: [usize; 3]) -> u16 {
-        match Store::of(&self.volume).whole() {
-            AnyBlock::U8(b) => b.at(sample).into(),
-            AnyBlock::U16(b) => b.at(sample),
-            AnyBlock::I16(_) | AnyBlock::F32(_) => unreachable!("labels are made of u8 or u16"),
+    pub fn number(&self, [i, j, k]: [usize; 3]) -> u16 {
+        let [nx, ny, _] = self.grid().dims();
+        let n = i + nx * (j + ny * k);
+        match self.numbers() {
+            Numbers::U8(numbers) => numbers[n].into(),
+            Numbers::U16(numbers) => numbers[n],
         }
     }
 
     /// The numbers, i fastest.
     pub(crate) fn numbers(&self) -> Numbers<'_> {
-        match Store::of(&self.volume).whole() {
-            AnyBlock::U8(b) => Numbers::U8(b.onward([0; 3])),
-            AnyBlock::U16(b) => Numbers::U16(b.onward([0; 3])),
-            AnyBlock::I16(_) | AnyBlock::F32(_) => unreachable!("labels are made of u8 or u16"),
-        }
+        numbers(&self.volume)
     }
 }
 
@@ -101,13 +98,29 @@ pub(crate) enum Numbers<'a> {
     U16(&'a [u16]),
 }
 
-/// Numbers from 1 that some sample has.
-fn present(volume: &Volume) -> Vec<u16> {
-    let mut is_there = vec![false; 1 << 16];
+fn numbers(volume: &Volume) -> Numbers<'_> {
     match Store::of(volume).whole() {
-        AnyBlock::U8(b) => b.onward([0; 3]).iter().for_each(|&n| is_there[usize::from(n)] = true),
-        AnyBlock::U16(b) => b.onward([0; 3]).iter().for_each(|&n| is_there[usize::from(n)] = true),
+        AnyBlock::U8(b) => Numbers::U8(b.onward([0; 3])),
+        AnyBlock::U16(b) => Numbers::U16(b.onward([0; 3])),
         AnyBlock::I16(_) | AnyBlock::F32(_) => unreachable!("labels are made of u8 or u16"),
     }
-    (1..=u16::MAX).filter(|&n| is_there[usize::from(n)]).collect()
+}
+
+/// For each number whether some sample has it.
+fn present(volume: &Volume) -> Vec<bool> {
+    match numbers(volume) {
+        Numbers::U8(numbers) => seen(numbers),
+        Numbers::U16(numbers) => seen(numbers),
+    }
+}
+
+/// For each number whether it is among these.
+pub(crate) fn seen<N: Copy + Into<usize> + Sync>(numbers: &[N]) -> Vec<bool> {
+    let of = |numbers: &[N]| {
+        let mut seen = vec![false; 1 << 16];
+        numbers.iter().for_each(|&n| seen[n.into()] = true);
+        seen
+    };
+    let either = |a: Vec<bool>, b: Vec<bool>| a.into_iter().zip(b).map(|(a, b)| a || b).collect();
+    numbers.par_chunks(1 << 22).map(of).reduce(|| vec![false; 1 << 16], either)
 }

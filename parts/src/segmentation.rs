@@ -5,7 +5,7 @@
 //! its samples lie is said by its origin and directions alone; it may hold less than the scan, or more.
 
 use crate::error::PartsError;
-use crate::labels::{Labels, Part};
+use crate::labels::{Labels, Part, seen};
 use bregma_field::formats::nrrd::{Compression, LAYERS};
 use bregma_field::formats::{self, Hints};
 use bregma_field::{Grid, IndexPoint, Metadata, Progress, Sample, Samples, Store, Volume, with_block};
@@ -97,8 +97,7 @@ fn segment(path: &Path, n: usize, mut fields: Metadata) -> Result<Segment, Parts
 /// Numbers of samples that no segment has become parts of that name.
 fn add_unnamed(layers: &[Layer], segments: &mut Vec<Segment>) -> Result<(), PartsError> {
     for (layer, Layer { numbers, .. }) in layers.iter().enumerate() {
-        let mut is_there = vec![false; 1 << 16];
-        numbers.iter().for_each(|&n| is_there[usize::from(n)] = true);
+        let mut is_there = seen(numbers);
         segments.iter().filter(|segment| segment.layer == layer).for_each(|segment| is_there[usize::from(segment.value)] = false);
         let unnamed = (1..=u16::MAX).filter(|&n| is_there[usize::from(n)]);
         segments.extend(unnamed.map(|value| Segment { layer, value, part: Part::new(value, value.to_string()) }));

@@ -67,19 +67,22 @@ impl Apart {
         let cores = Islands::find(bone.dims(), |row, out| runs_of(&squares_mm2[row * nx..][..nx], |s| s > square, out), progress)?;
         // What is not among the largest has its turn as somebody's bone.
         let most = cores.sizes().len().min(usize::from(u16::MAX));
-        let mut seeds: Vec<u16> = (1..=most as u16).collect();
-        let first = grown(bone, &cores, &seeds, spacing_mm, progress)?;
-        let sizes = counted(&first, most);
+        let mut growth = begun(bone, &cores, most, spacing_mm);
+        growth.grow(progress)?;
+        let sizes = counted(&growth.owner, most);
         let large: Vec<usize> = (0..most).filter(|&n| sizes[n] as f64 >= least).collect();
-        let owner = if large.len() == most {
-            first
-        } else {
-            drop(first);
-            seeds.fill(0);
-            large.iter().zip(1..).for_each(|(&core, number)| seeds[core] = number);
-            grown(bone, &cores, &seeds, spacing_mm, progress)?
-        };
-        let mut apart = Self { sizes: counted(&owner, large.len()), owner };
+        if large.len() < most {
+            let mut number = vec![0; most + 1];
+            large.iter().zip(1..).for_each(|(&core, n)| number[core + 1] = n);
+            let all = growth.owner.par_iter_mut().zip(growth.way_mm.par_iter_mut());
+            all.filter(|(owner, _)| **owner > 0).for_each(|(owner, way_mm)| {
+                *owner = number[usize::from(*owner)];
+                // Ways to other cores are what they were.
+                *way_mm = if *owner == 0 { f32::INFINITY } else { *way_mm };
+            });
+            growth.grow(progress)?;
+        }
+        let mut apart = Self { sizes: counted(&growth.owner, large.len()), owner: growth.owner };
         apart.add_islands_alone(bone, least);
         apart.by_size();
         Ok(apart)
@@ -114,23 +117,20 @@ impl Apart {
     }
 }
 
-/// Whose each sample of bone is when cores grow that have a number.
-fn grown(bone: &Islands, cores: &Islands, seeds: &[u16], spacing_mm: DVec3, progress: &Progress) -> Result<Vec<u16>, Cancelled> {
+/// Bone from which the first `most` cores grow.
+fn begun(bone: &Islands, cores: &Islands, most: usize, spacing_mm: DVec3) -> Growth {
     let dims = bone.dims();
     let count = dims.iter().product();
     let mut growth = Growth { dims, spacing_mm, owner: vec![0; count], way_mm: vec![-1.0; count] };
     let rows = growth.owner.par_chunks_mut(dims[0]).zip(growth.way_mm.par_chunks_mut(dims[0])).enumerate();
     rows.for_each(|(row, (owner, way_mm))| {
         bone.row(row).for_each(|(run, _)| way_mm[run.range()].fill(f32::INFINITY));
-        for (run, core) in cores.row(row) {
-            if let Some(&number) = seeds.get(core).filter(|number| **number > 0) {
-                owner[run.range()].fill(number);
-                way_mm[run.range()].fill(0.0);
-            }
+        for (run, core) in cores.row(row).filter(|(_, core)| *core < most) {
+            owner[run.range()].fill(core as u16 + 1);
+            way_mm[run.range()].fill(0.0);
         }
     });
-    growth.grow(progress)?;
-    Ok(growth.owner)
+    growth
 }
 
 /// Samples of the parts 1 to `count`.

@@ -1,9 +1,9 @@
 //! *Keep the skull*: the skull without the head rest, the table or the arm that hangs on it.
 //!
 //! The skull is the largest island that is neither plate nor tube. What hangs on it and does not belong to it goes on beyond the scan, so that the
-//! scan's box cuts it; a jaw or a tooth lies within. So the island is opened by ever larger balls: at the smallest radius at which a large piece comes
-//! off that the box cuts, and from which on nothing more comes off for the next two radii, that piece is left out. Where no radius does so, or the
-//! skull itself falls apart before, all of the island is kept: what hangs on it by as much bone as holds itself together cannot be told from it.
+//! scan's box cuts it, and touches it in a small place. So the island is opened by ever larger balls, until the skull itself falls apart: what comes off
+//! as one large piece that the box cuts, and hung on the rest by little for its size, is left out. A jaw within the scan, and a face that the box cuts
+//! but that is grown to its skull, stay. What is grown together with the skull by as much bone as holds the skull itself cannot be told from it.
 
 use crate::distances::squared_distances;
 use crate::error::PartsError;
@@ -19,7 +19,7 @@ use rayon::prelude::*;
 pub struct WholeSkull {
     /// One part, the skull.
     pub labels: Labels,
-    /// Radius of the ball at which what hung on it came off, mm; 0 where nothing did.
+    /// Radius of the largest ball at which something that hung on it came off, mm; 0 where nothing did.
     pub radius_mm: f64,
     /// Samples of its island that were left out.
     pub left_out: u64,
@@ -27,10 +27,11 @@ pub struct WholeSkull {
 
 /// Radii that are tried, in units of the shortest spacing.
 const RADII: [f64; 8] = [1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0];
-/// What comes off counts from this part of the island on: less is a process of the skull that the box cuts, or noise.
-const STEP: f64 = 0.05;
-/// What still comes off at the next two radii is less than this part, if it is a step and not a skull that wears away.
-const STAYS: f64 = 0.02;
+/// A piece counts from this part of the island on; smaller ones go with their neighbour.
+const PIECE: f64 = 0.02;
+/// A piece hangs on the skull if it shares fewer faces of voxels with it than this times the two-thirds power of its voxels. A cube that lies on
+/// something with one side shares as many faces as that power, and the face of a skull (Cranium's, at the first radius that it comes off) a quarter.
+const HANGS: f64 = 0.1;
 /// A skull whose largest piece holds less than this part of it has fallen apart.
 const WHOLE: f64 = 0.5;
 /// Islands smaller than this part of the largest are not looked at as skulls.
@@ -86,30 +87,54 @@ fn outer(v: DVec3) -> DMat3 {
     DMat3::from_cols(v * v.x, v * v.y, v * v.z)
 }
 
-/// The radius at which a piece comes off, with the samples that do.
+/// The last radius at which a piece comes off, with the samples of all that do.
 fn opened(island: &Islands, grid: &Grid, progress: &Progress) -> Result<Option<(f64, Vec<bool>)>, PartsError> {
     let whole = island.sizes()[0] as f64;
     let spacing_mm = grid.spacing_mm();
     let squares = squared_distances(island, spacing_mm, progress)?;
-    let mut came_off: Option<(f64, Vec<bool>, f64, usize)> = None;
+    let mut came_off: Option<(f64, Vec<bool>)> = None;
     for radius_mm in RADII.map(|n| n * spacing_mm.min_element()) {
-        let apart = Apart::at(island, &squares, radius_mm, spacing_mm, whole * STAYS, progress)?;
+        let apart = Apart::at(island, &squares, radius_mm, spacing_mm, whole * PIECE, progress)?;
         if apart.sizes.first().is_none_or(|&size| (size as f64) < WHOLE * whole) {
             break;
         }
-        let cut = cut_by_the_box(&apart, island.dims());
+        let (cut, shared) = (cut_by_the_box(&apart, island.dims()), shared_faces(&apart, island.dims()));
+        let hangs = |n: usize| (shared[n] as f64) < HANGS * (apart.sizes[n - 1] as f64).powf(2.0 / 3.0);
         // The first is the skull, which may be cut itself.
-        let is_off = |n: usize| n > 1 && cut[n];
-        let part: f64 = (2..=apart.sizes.len()).filter(|&n| is_off(n)).map(|n| apart.sizes[n - 1] as f64).sum::<f64>() / whole;
-        let stays = came_off.as_ref().is_some_and(|(_, _, before, _)| (part - before).abs() < STAYS);
-        came_off = match came_off {
-            Some((radius, off, _, 1)) if stays => return Ok(Some((radius, off))),
-            Some((radius, off, before, steps)) if stays => Some((radius, off, before, steps + 1)),
-            _ if part >= STEP => Some((radius_mm, apart.owner.par_iter().map(|&n| is_off(usize::from(n))).collect(), part, 0)),
-            _ => None,
-        };
+        let is_off: Vec<bool> = (0..=apart.sizes.len()).map(|n| n > 1 && cut[n] && hangs(n)).collect();
+        if is_off.contains(&true) {
+            let off = came_off.map_or_else(|| vec![false; apart.owner.len()], |(_, off)| off);
+            let both = off.into_par_iter().zip(&apart.owner).map(|(off, &n)| off || is_off[usize::from(n)]);
+            came_off = Some((radius_mm, both.collect()));
+        }
     }
-    Ok(None)
+    Ok(came_off)
+}
+
+/// For each number from 0 how many faces its part shares with others.
+fn shared_faces(apart: &Apart, [nx, ny, nz]: [usize; 3]) -> Vec<u64> {
+    let owner = &apart.owner;
+    let count = apart.sizes.len() + 1;
+    let slice = |k: usize| {
+        let mut shared = vec![0; count];
+        let mut add = |a: u16, b: u16| {
+            if a != b && a > 0 && b > 0 {
+                shared[usize::from(a)] += 1;
+                shared[usize::from(b)] += 1;
+            }
+        };
+        for n in k * nx * ny..(k + 1) * nx * ny {
+            if owner[n] > 0 {
+                let (i, j) = (n % nx, n / nx % ny);
+                [(i + 1 < nx, 1), (j + 1 < ny, nx), (k + 1 < nz, nx * ny)]
+                    .iter()
+                    .filter(|(is_in, _)| *is_in)
+                    .for_each(|(_, by)| add(owner[n], owner[n + by]));
+            }
+        }
+        shared
+    };
+    (0..nz).into_par_iter().map(slice).reduce(|| vec![0; count], |a, b| a.iter().zip(b).map(|(a, b)| a + b).collect())
 }
 
 /// For each number from 0 whether a sample of its part lies in a face of the grid.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 /// The demo's skull, and for each sample whether it is bone of it.
 fn phantom() -> (Volume, Vec<i16>) {
-    let volume = bregma_synthetic::skull(Which::A, 96, &Progress::default()).unwrap();
+    let volume = bregma_synthetic::skull(Which::A, 128, &Progress::default()).unwrap();
     let AnyBlock::I16(block) = Store::of(&volume).whole() else { panic!("the phantom is of 16 bits") };
     let samples = block.onward([0; 3]).to_vec();
     (volume, samples)
@@ -37,8 +37,7 @@ fn a_skull_alone_is_kept_whole_and_a_table_that_holds_it_is_not() {
     for (n, sample) in on_a_table.iter_mut().enumerate() {
         let [i, j, k] = [n % nx, n / nx % ny, n / (nx * ny)];
         // Behind the head, three samples thick; a post of two by two samples holds it.
-        let is_table =
-            j + 4 >= ny && j + 1 < ny || (nx / 2..nx / 2 + 2).contains(&i) && (58..60).contains(&k) && j + 14 >= ny && j + 4 < ny;
+        let is_table = j + 3 >= ny || (nx / 2..nx / 2 + 2).contains(&i) && (78..80).contains(&k) && j + 10 >= ny;
         if is_table && f64::from(*sample) < ISO {
             *sample = 1200;
             table += 1;
