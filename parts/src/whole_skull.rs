@@ -29,8 +29,9 @@ pub struct WholeSkull {
 const RADII: [f64; 8] = [1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0];
 /// A piece counts from this part of the island on; smaller ones go with their neighbour.
 const PIECE: f64 = 0.02;
-/// A piece hangs on the skull if it shares fewer faces of voxels with it than this times the two-thirds power of its voxels. A cube that lies on
-/// something with one side shares as many faces as that power, and the face of a skull (Cranium's, at the first radius that it comes off) a quarter.
+/// A piece hangs on the skull if it shares fewer faces of voxels with others than this times the two-thirds power of its voxels. A cube that lies on
+/// something with one side has as many faces there as that power; the upper jaw of Cranium, at the first radius at which it comes off, 0.8 of it (638
+/// faces, 22,740 voxels); a table that stands on a post, hardly any.
 const HANGS: f64 = 0.1;
 /// A skull whose largest piece holds less than this part of it has fallen apart.
 const WHOLE: f64 = 0.5;
