@@ -180,19 +180,6 @@ impl Solid {
         self.blocks.as_flattened()
     }
 
-    /// One that was taken apart by [`Self::slots`] and [`Self::distances`]; none where these do not belong together.
-    pub fn from_parts(dims: [usize; 3], unit_mm: f64, slots: Vec<u32>, distances: &[i16]) -> Option<Self> {
-        let (blocks, rest) = distances.as_chunks::<SAMPLES>();
-        let fits = slots.len() == blocks_of(dims).iter().product::<usize>()
-            && rest.is_empty()
-            && unit_mm > 0.0
-            && unit_mm.is_finite()
-            && slots.iter().all(|slot| *slot < FIRST + blocks.len() as u32);
-        // A number that has no opposite is as far outside as can be.
-        let blocks = blocks.iter().map(|block| block.map(|d| d.max(-i16::MAX)));
-        fits.then(|| Self { slots, blocks: blocks.collect(), ..Self::empty(dims, unit_mm) }.finished())
-    }
-
     /// How far within it a sample is, in units: as far as these are kept.
     #[inline]
     pub fn units_at(&self, [x, y, z]: [usize; 3]) -> i16 {
@@ -217,11 +204,6 @@ impl Solid {
         let f = self.corners(cell.to_array()).map(|units| f64::from(units) * self.unit_mm);
         let local = (p - cell.as_dvec3()).clamp(DVec3::ZERO, DVec3::ONE);
         (interpolant::value(&f, local), interpolant::gradient(&f, local))
-    }
-
-    /// Whether a point is within it; ties are.
-    pub fn holds(&self, point: IndexPoint) -> bool {
-        self.distance_and_gradient(point).0 >= 0.0
     }
 
     /// On which side the cells of that brick of the grid lie which a cell is of, given by its lowest sample.
@@ -287,38 +269,6 @@ impl Solid {
         let blocks = self.blocks.par_iter().map(|block| block.map(|d| -d)).collect();
         Self { slots: self.slots.iter().map(other).collect(), blocks, ..Self::empty(self.dims, self.unit_mm) }.finished()
     }
-
-    /// What is within both, sample by sample: where the two surfaces meet, the edge is as round as a cell.
-    pub fn and(&self, other: &Self) -> Self {
-        self.with(other, INSIDE, |a, b| a.min(b))
-    }
-
-    /// What is within one or the other, sample by sample.
-    pub fn or(&self, other: &Self) -> Self {
-        self.with(other, OUTSIDE, |a, b| a.max(b))
-    }
-
-    /// Of two of one grid; a block of the side that is `neutral` leaves the other's as it is, and one of the opposite side stands for both.
-    fn with(&self, other: &Self, neutral: u32, join: impl Fn(i16, i16) -> i16 + Sync) -> Self {
-        assert_eq!(self.dims, other.dims, "solids of one grid");
-        let factor = other.unit_mm / self.unit_mm;
-        let block_of = |of: &Self, slot: u32| of.blocks[(slot - FIRST) as usize];
-        let scaled = |block: Block| if factor == 1.0 { block } else { block.map(|d| (f64::from(d) * factor).round() as i16) };
-        let one = |(a, b): (&u32, &u32)| match (*a, *b) {
-            (a, b) if a == b && a < FIRST => Err(a),
-            (a, _) | (_, a) if a < FIRST && a != neutral => Err(a),
-            (a, b) if a == neutral => Ok(scaled(block_of(other, b))),
-            (a, b) if b == neutral => Ok(block_of(self, a)),
-            (a, b) => {
-                let (a, b) = (block_of(self, a), scaled(block_of(other, b)));
-                Ok(std::array::from_fn(|n| join(a[n], b[n])))
-            }
-        };
-        let all: Vec<Result<Block, u32>> = self.slots.par_iter().zip(&other.slots).map(one).collect();
-        let mut solid = Self::empty(self.dims, self.unit_mm);
-        all.into_iter().for_each(|block| solid.push(block));
-        solid.finished()
-    }
 }
 
 /// Blocks along i, j and k.
@@ -329,4 +279,58 @@ fn blocks_of(dims: [usize; 3]) -> [usize; 3] {
 /// The place of number n of `dims`, i fastest.
 fn place_of(n: usize, [nx, ny, _]: [usize; 3]) -> [usize; 3] {
     [n % nx, n / nx % ny, n / (nx * ny)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DMat3;
+
+    fn grid(dims: [usize; 3]) -> Grid {
+        Grid::new(dims, DVec3::new(0.5, 0.7, 0.6), DVec3::ZERO, DMat3::IDENTITY).unwrap()
+    }
+
+    fn ball(grid: &Grid, centre: DVec3, radius_mm: f64) -> Solid {
+        Solid::of(grid, |p| radius_mm - grid.world(p).0.distance(centre))
+    }
+
+    fn places(dims: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
+        (0..dims.iter().product()).map(move |n| place_of(n, dims))
+    }
+
+    #[test]
+    fn bricks_are_told_apart_and_their_cells_marked_by_their_corners() {
+        // Fails if a brick is called one-sided that is not, a mark stands for another cell, or a shared corner is forgotten: bone would be lost.
+        for dims in [[40, 33, 26], [9, 9, 9], [17, 2, 8], [2, 2, 2]] {
+            let grid = grid(dims);
+            let centre = grid.world(IndexPoint(DVec3::from(dims.map(|n| n as f64 / 3.0)))).0;
+            for solid in
+                [ball(&grid, centre, 6.0), ball(&grid, centre, 1.0), ball(&grid, centre, 100.0), ball(&grid, centre, 6.0).inverse()]
+            {
+                for cell in places(dims.map(|n| n - 1)) {
+                    let corners = solid.corners(cell);
+                    let side = solid.side_at(cell);
+                    assert!(side != Side::Inside || corners.iter().all(|d| *d >= 0.0), "{dims:?} {cell:?} is not inside");
+                    assert!(side != Side::Outside || corners.iter().all(|d| *d < 0.0), "{dims:?} {cell:?} is not outside");
+                    let layers = solid.cells_with_inside(cell.map(|n| n / BRICK));
+                    let [x, y, z] = cell.map(|n| n % BRICK);
+                    let is_marked = layers[z] >> (BRICK * y + x) & 1 == 1;
+                    assert_eq!(is_marked, corners.iter().any(|d| *d >= 0.0), "{dims:?} {cell:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_solid_turned_round_holds_what_it_did_not() {
+        // Fails if a block without distances stays on its side.
+        let grid = grid([30, 25, 21]);
+        let solid = ball(&grid, DVec3::new(7.0, 8.0, 6.0), 5.0);
+        let beside = solid.inverse();
+        for at in places(grid.dims()) {
+            // On the surface itself a sample is inside of both.
+            assert!(solid.units_at(at) == 0 || (beside.units_at(at) >= 0) != (solid.units_at(at) >= 0), "{at:?}");
+        }
+        assert!(beside.inverse() == solid);
+    }
 }

@@ -98,6 +98,16 @@ pub(crate) enum Numbers<'a> {
     U16(&'a [u16]),
 }
 
+impl Numbers<'_> {
+    /// That of sample number n, i fastest.
+    pub fn at(self, n: usize) -> u16 {
+        match self {
+            Self::U8(numbers) => numbers[n].into(),
+            Self::U16(numbers) => numbers[n],
+        }
+    }
+}
+
 fn numbers(volume: &Volume) -> Numbers<'_> {
     match Store::of(volume).whole() {
         AnyBlock::U8(b) => Numbers::U8(b.onward([0; 3])),

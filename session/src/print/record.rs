@@ -222,8 +222,9 @@ pub fn again(file: &Path, machine: Machine, progress: &Progress) -> Result<Again
             .position(|before| before.session.volumes == recorded.session.volumes && before.contents == recorded.contents);
         let known = same.map(|k| panels[k].opened.clone());
         let opened = known.map_or_else(|| opened(recorded, &record.program, folder), Ok);
-        let opened = opened.map_err(|reason| AgainError::Scans { file: file.to_owned(), reason: Box::new(reason) })?;
-        panels.push(Panel { opened: posed(opened, &recorded.session), aim: None, coat: None });
+        let posed = opened.and_then(|opened| posed(opened, &recorded.session));
+        let opened = posed.map_err(|reason| AgainError::Scans { file: file.to_owned(), reason: Box::new(reason) })?;
+        panels.push(Panel { opened, aim: None, coat: None });
     }
     let mut renderer = machine.renderer()?;
     let now = format!("{PROGRAM}, {}", renderer.name());
@@ -261,10 +262,11 @@ fn opened(recorded: &Recorded, program: &str, folder: &Path) -> Result<Opened, V
     open(&Origin { program: program.into(), date: None, scans: scans.map(scan).collect(), clips: vec![] }, folder)
 }
 
-fn posed(mut opened: Opened, session: &Session) -> Opened {
+fn posed(mut opened: Opened, session: &Session) -> Result<Opened, VerifyError> {
     opened.scene.clone_from(&session.scene);
+    opened.find_parts(&Progress::default())?;
     opened.measurements.clone_from(&session.measurements);
     opened.landmarks.clone_from(&session.landmarks);
     (opened.compare, opened.pair) = (session.compare, session.pair);
-    opened
+    Ok(opened)
 }

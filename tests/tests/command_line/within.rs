@@ -51,4 +51,18 @@ fn what_is_measured_within_a_part_is_that_part_alone_and_all_parts_together_are_
     let [all, one] = [lengths(""), lengths("--within two.seg.nrrd#1")];
     println!("a ray meets {all} lengths in all, {one} in one part");
     assert!(all > one && one > 0);
+    // A record is measured again within the part, and says so where the label map is gone.
+    let ray = ok(&d, "probe two.nrrd --within two.seg.nrrd#1 --iso 0 --origin -2,8,8 --direction 1,0,0 --format json");
+    std::fs::write(d.join("ray.json"), &ray.stdout).unwrap();
+    assert!(stdout(&ok(&d, "verify ray.json")).contains("holds"), "a ray within a part is not measured again");
+    ok(&d, "render two.nrrd --within two.seg.nrrd#2 --iso 0 --size 64x64 --out part.png");
+    ok(&d, "render two.nrrd --iso 0 --size 64x64 --out whole.png");
+    assert_ne!(std::fs::read(d.join("part.png")).unwrap(), std::fs::read(d.join("whole.png")).unwrap());
+    fails(
+        &d,
+        "render two.nrrd --within two.seg.nrrd#3 --iso 0 --out none.png",
+        &["two.seg.nrrd", "no part called 3", "Island 1, Island 2"],
+    );
+    std::fs::rename(d.join("two.seg.nrrd"), d.join("moved.seg.nrrd")).unwrap();
+    fails(&d, "volume two.nrrd --within two.seg.nrrd#1 --iso 0", &["two.seg.nrrd", "there is no such file"]);
 }
