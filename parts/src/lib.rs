@@ -1,7 +1,7 @@
 //! The parts of a scan: islands of bone, bones that hang together by necks, the skull without what it lies on, and label maps of all these.
 //!
-//! A part is a number at samples ([`Labels`]). [`Islands`] are found at an isovalue; [`separate`] and [`keep_the_skull`] take islands apart by the
-//! distance of samples from the nearest outside. [`read`] and [`write`] are label maps as files, 3D Slicer's among them.
+//! A part is a number at samples ([`Labels`]). [`Islands`] are found at an isovalue; [`separate()`] and [`keep_the_skull`] take islands apart by the
+//! distance of samples from the nearest outside. [`read()`] and [`write()`] are label maps as files, 3D Slicer's among them.
 
 mod distances;
 mod error;

@@ -8,7 +8,7 @@ use crate::error::PartsError;
 use crate::labels::{Labels, Part, seen};
 use bregma_field::formats::nrrd::{Compression, LAYERS};
 use bregma_field::formats::{self, Hints};
-use bregma_field::{Grid, IndexPoint, Metadata, Progress, Sample, Samples, Store, Volume, with_block};
+use bregma_field::{Grid, Metadata, Progress, Sample, Samples, Store, Volume, WorldPoint, with_block};
 use glam::{DAffine3, DMat3, DVec3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -123,7 +123,7 @@ fn mapping(scan: &Grid, labels: &Grid) -> (DAffine3, bool) {
     let columns = [map.matrix3.x_axis, map.matrix3.y_axis, map.matrix3.z_axis].map(DVec3::round);
     let round = DAffine3::from_mat3_translation(DMat3::from_cols(columns[0], columns[1], columns[2]), map.translation.round());
     let off = |corner: DVec3| (map.transform_point3(corner) - round.transform_point3(corner)).abs().max_element();
-    let corners = scan.corners_mm().map(|mm| scan.index(bregma_field::WorldPoint(mm)).0);
+    let corners = scan.corners_mm().map(|mm| scan.index(WorldPoint(mm)).0);
     if corners.into_iter().all(|corner| off(corner) < SAME_PLACE) { (round, true) } else { (map, false) }
 }
 
@@ -172,7 +172,7 @@ fn laid(numbers: &mut [u16], [nx, ny, _]: [usize; 3], layer: &Layer, map: DAffin
         let [mut found, mut again] = [0; 2];
         let first = map.transform_point3(DVec3::new(0.0, (row % ny) as f64, (row / ny) as f64));
         for (i, number) in numbers.iter_mut().enumerate() {
-            let IndexPoint(at) = IndexPoint((first + map.matrix3.x_axis * i as f64).round());
+            let at = (first + map.matrix3.x_axis * i as f64).round();
             if at.min_element() < 0.0 || at.x >= mx as f64 || at.y >= my as f64 || at.z >= mz as f64 {
                 continue;
             }

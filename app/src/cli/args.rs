@@ -616,7 +616,7 @@ pub struct FilterArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=MOST_RADIUS as i64))]
     pub median: Option<u8>,
     /// Diffusion that stops at edges: iterations, conductance [default: 1] and time step [default: the shortest spacing in mm / 16, the longest that is stable]
-    #[arg(long, value_name = "N,C,T", value_parser = positive, value_delimiter = ',', num_args = 1..=3)]
+    #[arg(long, value_name = "N,C,T", value_parser = positive, value_delimiter = ',')]
     pub diffuse: Vec<f64>,
     /// The scan to write
     #[arg(long, value_name = "OUT")]

@@ -37,7 +37,7 @@ fn windows<T: Sample, K: Copy + Default + Send, O: Copy + Default + Send>(
     progress: &Progress,
     to_key: impl Fn(T) -> K + Sync,
     from_key: impl Fn(K) -> O + Sync,
-    select: impl Fn(&[Vec<K>], usize, &mut Vec<K>) + Sync,
+    select: impl Fn(&[Vec<K>], usize, &mut [K]) + Sync,
 ) -> Result<Vec<O>, Cancelled> {
     let [nx, ny, nz] = dims;
     progress.begin((ny * nz) as u64);
@@ -65,7 +65,7 @@ fn windows<T: Sample, K: Copy + Default + Send, O: Copy + Default + Send>(
 macro_rules! select {
     ($name:ident, $key:ty) => {
         /// For each sample of a row the median of its window, whose padded rows are `window`.
-        fn $name(window: &[Vec<$key>], radius: usize, medians: &mut Vec<$key>) {
+        fn $name(window: &[Vec<$key>], radius: usize, medians: &mut [$key]) {
             let half = (window.len() * (2 * radius + 1) / 2) as $key;
             let count = medians.len();
             let mut below = vec![0 as $key; count];

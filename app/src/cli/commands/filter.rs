@@ -37,6 +37,9 @@ fn asked(args: &FilterArgs, volume: &Volume) -> Result<Filter, CommandError> {
     let stable = volume.grid().spacing_mm().min_element() / 16.0;
     let of = |n: usize, default: f64| args.diffuse.get(n).copied().unwrap_or(default);
     let (iterations, conductance, time_step) = (of(0, 1.0), of(1, 1.0), of(2, stable));
+    if args.diffuse.len() > 3 {
+        return Err(CommandError::Usage("--diffuse takes three numbers at most: iterations, conductance and time step".into()));
+    }
     if iterations.fract() != 0.0 || iterations > 1e6 {
         return Err(CommandError::Usage(format!("--diffuse {iterations}: iterations are a whole number, a million at most")));
     }
