@@ -16,13 +16,12 @@ const SAMPLES: usize = BRICK * BRICK * BRICK;
 /// A block of samples with distances, i fastest, in units of [`Solid::unit_mm`]; positive inside.
 type Block = [i16; SAMPLES];
 
-/// A sample nearer than this to the surface has its distance kept, in the finest voxel's length: all corners of the cells that the surface
-/// passes (√3), and of those that it passes when it is moved by two voxels.
-pub const BAND_VOXEL: f64 = 4.0;
+/// A sample nearer than this to the surface has its distance kept, in diagonals of a cell: a corner of a cell that the surface passes is no farther
+/// than one.
+const BAND_DIAGONALS: f64 = 1.25;
 
-/// Distances are cut off here, in the finest voxel's length: no sample of a block that is kept need be farther, and 16 bits resolve a
-/// four-thousandth of a voxel.
-const FARTHEST_VOXEL: f64 = 8.0;
+/// Distances are cut off here, in diagonals of a cell: 16 bits resolve then a five-thousandth of a voxel that is a cube.
+const FARTHEST_DIAGONALS: f64 = 4.0;
 
 /// What stands for a block of samples without distances of its own, all outside.
 const OUTSIDE: u32 = 0;
@@ -100,8 +99,7 @@ impl Solid {
         distance_mm: impl Fn(USizeVec3) -> f64 + Sync,
     ) -> Result<Self, Cancelled> {
         let dims = grid.dims();
-        let finest_mm = grid.spacing_mm().min_element();
-        let (band_mm, unit_mm) = (BAND_VOXEL * finest_mm, FARTHEST_VOXEL * finest_mm / f64::from(i16::MAX));
+        let (band_mm, unit_mm) = (Self::band_mm(grid), FARTHEST_DIAGONALS * diagonal_mm(grid) / f64::from(i16::MAX));
         let (count, last) = (blocks_of(dims), USizeVec3::from(dims) - 1);
         let whole = |inside: bool| if inside { INSIDE } else { OUTSIDE };
         let one = |n: usize| {
@@ -153,6 +151,11 @@ impl Solid {
             }
             Err(side) => side,
         });
+    }
+
+    /// How far from its surface, at least, distances are kept on a grid.
+    pub fn band_mm(grid: &Grid) -> f64 {
+        BAND_DIAGONALS * diagonal_mm(grid)
     }
 
     /// Samples along i, j and k: those of the grid that it was made for.
@@ -269,6 +272,12 @@ impl Solid {
         let blocks = self.blocks.par_iter().map(|block| block.map(|d| -d)).collect();
         Self { slots: self.slots.iter().map(other).collect(), blocks, ..Self::empty(self.dims, self.unit_mm) }.finished()
     }
+}
+
+/// The longest diagonal of a cell.
+fn diagonal_mm(grid: &Grid) -> f64 {
+    let [x, y, z] = grid.index_to_world().matrix3.to_cols_array_2d().map(DVec3::from);
+    [x + y + z, x + y - z, x - y + z, x - y - z].map(DVec3::length).into_iter().fold(0.0, f64::max)
 }
 
 /// Blocks along i, j and k.

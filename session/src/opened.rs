@@ -9,6 +9,7 @@ use crate::session_file::{Session, SessionError};
 use crate::slices::Slices;
 use crate::source::Source;
 use bregma_field::formats::{OpenError, Scan};
+use bregma_field::solid::Side;
 use bregma_field::{BRICK, Cancelled, Grid, IndexPoint, Progress, Registration, Surface, TransformError, Volume, read_transform};
 use bregma_measure::landmarks::{Landmark, LandmarkError};
 use bregma_measure::numbers::significant;
@@ -349,10 +350,12 @@ impl Opened {
 fn bone_points(surface: &Surface) -> Vec<DVec3> {
     let bricks = surface.volume.bricks();
     let ([nx, ny, _], last) = (bricks.dims(), surface.grid.dims().map(|n| n - 1));
+    let is_left = |brick: usize| surface.solid.as_ref().is_none_or(|solid| solid.sides()[brick] != Side::Outside);
     let passes = |[low, high]: &[f32; 2]| (f64::from(*low)..=f64::from(*high)).contains(&surface.level);
     let rows = bricks.ranges().chunks(nx.max(1)).enumerate();
     let ends = rows.filter_map(|(row, ranges)| {
-        let (first, last) = (ranges.iter().position(passes)?, ranges.iter().rposition(passes)?);
+        let is_seen = |n: &usize| passes(&ranges[*n]) && is_left(row * nx + n);
+        let (first, last) = ((0..ranges.len()).find(is_seen)?, (0..ranges.len()).rfind(is_seen)?);
         Some([[first, row % ny, row / ny], [last, row % ny, row / ny]])
     });
     let corners = |brick: [usize; 3]| {

@@ -3,7 +3,6 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use bregma_field::solid::BAND_VOXEL;
 use bregma_field::{Bounds, Grid, IndexPoint, Progress, Solid, Volume};
 use bregma_renderer::{Camera, CpuRenderer, GpuRenderer, Mode, Named, Renderer, Scene, Within};
 use bregma_synthetic::analytic::{Sphere, sampled};
@@ -128,7 +127,7 @@ fn distances_are_right_in_the_band_and_take_memory_by_area() {
     for n in 0..128 * 128 * 128 {
         let at = [n % 128, n / 128 % 128, n / (128 * 128)];
         let mm = exact(DVec3::from(at.map(|i| i as f64)));
-        if mm.abs() <= BAND_VOXEL * 0.5 {
+        if mm.abs() <= Solid::band_mm(&grid) {
             worst = worst.max((f64::from(solid.units_at(at)) * solid.unit_mm() - mm).abs() / 0.5);
         }
         assert_eq!(solid.units_at(at) >= 0, mm >= 0.0, "{at:?}");
