@@ -1,6 +1,7 @@
 //! From what the person names to what is drawn: files with their registrations and landmarks, a session, or the built-in pair.
 
 use crate::compare::Compare;
+use crate::film::Film;
 use crate::kind::Kind;
 use crate::measurement::Measurement;
 use crate::poses::KeptPose;
@@ -54,6 +55,8 @@ pub struct Opened {
     pub boxes: bool,
     /// Registrations that are kept beside those that stand.
     pub poses: Vec<KeptPose>,
+    /// What moves, once somebody has said so.
+    pub film: Option<Film>,
 }
 
 /// Why nothing was opened. Each sentence names the file.
@@ -95,7 +98,7 @@ impl Opened {
         let slices = Slices::of(&volumes.iter().map(|volume| volume.grid().clone()).collect::<Vec<_>>());
         let (measurements, landmarks, poses) = (vec![], vec![], vec![]);
         let (from_session, compare, boxes) = (false, Compare::Off, false);
-        Self { sources, volumes, scene, from_session, measurements, landmarks, compare, pair: None, slices, boxes, poses }
+        Self { sources, volumes, scene, from_session, measurements, landmarks, compare, pair: None, slices, boxes, poses, film: None }
     }
 
     /// The built-in demo pair.
@@ -178,7 +181,7 @@ impl Opened {
                 (self.measurements, self.landmarks) = (only.measurements, only.landmarks);
                 (self.compare, self.pair) = (only.compare, only.pair);
                 self.slices = only.slices.unwrap_or(self.slices);
-                (self.boxes, self.poses) = (only.boxes, only.poses);
+                (self.boxes, self.poses, self.film) = (only.boxes, only.poses, only.film);
             }
             last => {
                 // Each cuts its own scans as before.
@@ -436,6 +439,7 @@ impl Session {
             slices: Some(opened.slices),
             boxes: opened.boxes,
             poses: opened.poses.clone(),
+            film: opened.film.clone(),
         }
     }
 }
