@@ -218,6 +218,8 @@ pub struct Exposing {
     exposed: Exposed,
     stop: Stop,
     begun: Instant,
+    /// What rounds took, without what is done between them.
+    spent: Duration,
     /// Samples of all pixels that it began with.
     before: u64,
 }
@@ -226,7 +228,7 @@ impl Exposing {
     /// Goes on from what is exposed.
     pub fn of(tracer: Tracer, exposed: Exposed, stop: Stop) -> Self {
         let before = exposed.count();
-        Self { tracer, exposed, stop, begun: Instant::now(), before }
+        Self { tracer, exposed, stop, begun: Instant::now(), spent: Duration::ZERO, before }
     }
 
     /// Adds the samples of one round, and tells how far the picture is; `None` once it is good enough.
@@ -238,8 +240,10 @@ impl Exposing {
         }
         let done = self.exposed.samples();
         let until = (done + round_at(done)).min(samples.unwrap_or(u32::MAX));
+        let round = Instant::now();
         self.tracer.expose(&mut self.exposed, until, noise.filter(|_| !even).map(|noise| noise as f32), progress)?;
-        let sample_s = self.begun.elapsed().as_secs_f64() / (self.exposed.count() - self.before).max(1) as f64;
+        self.spent += round.elapsed();
+        let sample_s = self.spent.as_secs_f64() / (self.exposed.count() - self.before).max(1) as f64;
         let left = left(&self.exposed, &self.stop, sample_s);
         Ok(Some(Told { samples: self.exposed.samples(), noise: self.exposed.noise(), left, sample_s }))
     }

@@ -67,10 +67,10 @@ impl Bench {
         self.playing = None;
         match self.taking.take() {
             None => self.taking = Some(Taking { recording: Recording::default(), since_s: ctx.time() }),
-            Some(Taking { recording, .. }) => {
+            Some(Taking { recording, since_s }) => {
                 let before = self.work.opened.film.take();
                 let fps = before.as_ref().map_or(Film::default().fps, |film| film.fps);
-                self.work.opened.film = recording.film(&self.work.opened, fps).or(before);
+                self.work.opened.film = recording.film(&self.work.opened, ctx.time() - since_s, fps).or(before);
             }
         }
     }

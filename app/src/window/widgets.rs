@@ -3,7 +3,9 @@
 use bregma_renderer::Color;
 use bregma_session::Opened;
 use egui::emath::format_with_decimals_in_range;
-use egui::{Align, Color32, ComboBox, DragValue, Galley, Grid, Layout, Slider, TextStyle, TextWrapMode, Ui, WidgetText};
+use egui::{
+    Align, Color32, ComboBox, Context, DragValue, Galley, Grid, Layout, Pos2, Slider, TextStyle, TextWrapMode, Ui, WidgetText, vec2,
+};
 use glam::DVec3;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
@@ -11,6 +13,12 @@ use std::sync::Arc;
 /// A line of its own height that is filled from the right.
 pub fn line<R>(ui: &mut Ui, add: impl FnOnce(&mut Ui) -> R) -> R {
     ui.horizontal(|ui| ui.with_layout(Layout::right_to_left(Align::Center), add).inner).inner
+}
+
+/// Where a window over the picture, of such a width, leaves most of the view to be seen: at the right, over what was found.
+pub fn beside_view(ctx: &Context, width: f32) -> Pos2 {
+    let place = ctx.content_rect().right_top() + vec2(-width, 60.0);
+    place.max(Pos2::ZERO)
 }
 
 /// A slider from 0 to 100 %, as wide as there is room.

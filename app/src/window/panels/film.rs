@@ -3,7 +3,7 @@
 
 use super::super::ask::{Ask, Kind};
 use super::super::bench::Bench;
-use super::super::widgets::number;
+use super::super::widgets::{self, number};
 use super::super::words::in_the_window;
 use super::Painting;
 use super::saving::Saving;
@@ -65,7 +65,11 @@ impl FilmPanel {
             return;
         }
         let mut open = true;
-        Window::new("Film").open(&mut open).default_pos([400.0, 90.0]).resizable(false).show(ctx, |ui| self.contents(ui, bench));
+        Window::new("Film")
+            .open(&mut open)
+            .default_pos(widgets::beside_view(ctx, 430.0))
+            .resizable(false)
+            .show(ctx, |ui| self.contents(ui, bench));
         self.is_open = open;
     }
 

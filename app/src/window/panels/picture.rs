@@ -2,6 +2,7 @@
 
 use super::super::ask::{Ask, Kind};
 use super::super::bench::Bench;
+use super::super::widgets;
 use super::super::words::in_the_window;
 use super::Painting;
 use super::saving::Saving;
@@ -96,7 +97,7 @@ impl PicturePanel {
         let mut open = true;
         Window::new("Picture")
             .open(&mut open)
-            .default_pos([400.0, 90.0])
+            .default_pos(widgets::beside_view(ctx, 480.0))
             .resizable(false)
             .show(ctx, |ui| self.contents(ui, bench, painting));
         self.is_open = open;
@@ -172,15 +173,16 @@ impl PicturePanel {
         ui.label("Figure's letter");
         ui.add(TextEdit::singleline(&mut wishes.label).desired_width(60.0)).accessible_name("Figure's letter");
         ui.end_row();
-        if is_lit {
-            ui.label("Noise");
-            ui.add(DragValue::new(&mut wishes.noise).range(0.3..=16.0).speed(0.02).max_decimals(1).suffix(" of 255"))
-                .on_hover_text("Studio light is drawn until no 8 × 8 pixels have more: below 1 it is not seen")
-                .accessible_name("Noise that is left");
-            ui.end_row();
-        }
         ui.label("Depth");
-        ui.checkbox(&mut wishes.is_deep, "16 bits").on_hover_text("Of PNG and TIFF");
+        ui.horizontal(|ui| {
+            ui.checkbox(&mut wishes.is_deep, "16 bits").on_hover_text("Of PNG and TIFF");
+            if is_lit {
+                ui.add_space(12.0);
+                ui.add(DragValue::new(&mut wishes.noise).range(0.3..=16.0).speed(0.02).max_decimals(1).prefix("noise ").suffix(" of 255"))
+                    .on_hover_text("Studio light is drawn until no 8 × 8 pixels have more: below 1 it is not seen")
+                    .accessible_name("Noise that is left");
+            }
+        });
         ui.end_row();
     }
 

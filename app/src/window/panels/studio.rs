@@ -1,10 +1,9 @@
 //! Studio light: which one, from where its key light comes, and what the bone stands on.
 
 use super::super::widgets::{color_button, percent};
-use super::super::words::in_the_window;
 use super::ball;
 use bregma_renderer::Color;
-use bregma_renderer::studio::{Ground, MOST_SMOOTH_VOXEL, Preset, Studio, can_light};
+use bregma_renderer::studio::{Ground, MOST_SMOOTH_VOXEL, Preset, Studio};
 use bregma_session::studio::ready_made;
 use bregma_session::{Compare, Opened};
 use egui::{Align2, DragValue, FontId, Rect, Role, Sense, Ui, WidgetInfo, vec2};
@@ -46,13 +45,7 @@ pub fn show(ui: &mut Ui, opened: &mut Opened) {
             }
         }
     });
-    let can = can_light(&opened.scene).map_err(|error| in_the_window(&error.to_string()));
-    if opened.scene.studio.is_none() {
-        return;
-    }
-    if let Err(reason) = can {
-        ui.colored_label(ui.visuals().warn_fg_color, reason);
-    } else if opened.compare != Compare::Off && opened.compared().is_some() {
+    if opened.scene.studio.is_some() && opened.compare != Compare::Off && opened.compared().is_some() {
         ui.weak("The view shows it while scans are together: Compare, Together");
     }
     let camera = opened.scene.camera;
@@ -86,8 +79,8 @@ fn parts(ui: &mut Ui, studio: &mut Studio) {
     });
     ui.horizontal(|ui| {
         ui.weak("Gloss").on_hover_text("A coat of varnish: 0 is dry bone");
-        ui.set_max_width(190.0);
-        percent(ui, &mut studio.gloss, "Gloss");
+        let size = vec2(SLIDER, ui.spacing().interact_size.y);
+        ui.allocate_ui(size, |ui| percent(ui, &mut studio.gloss, "Gloss"));
     });
     ui.horizontal(|ui| {
         ui.weak("Smoothed by");
@@ -100,6 +93,8 @@ fn parts(ui: &mut Ui, studio: &mut Studio) {
     });
 }
 
+/// Across a slider with its number, in points.
+const SLIDER: f32 = 190.0;
 /// A sweep begins in the museum's grey.
 const SWEEP: Color = Color([0.265, 0.255, 0.245]);
 
