@@ -55,8 +55,8 @@ pub struct Opened {
     pub boxes: bool,
     /// Registrations that are kept beside those that stand.
     pub poses: Vec<KeptPose>,
-    /// What moves, once somebody has said so.
-    pub film: Option<Film>,
+    /// What moves, once somebody has said so. Shared: a recording has thousands of keys, and undo many states.
+    pub film: Option<Arc<Film>>,
 }
 
 /// Why nothing was opened. Each sentence names the file.
@@ -181,7 +181,7 @@ impl Opened {
                 (self.measurements, self.landmarks) = (only.measurements, only.landmarks);
                 (self.compare, self.pair) = (only.compare, only.pair);
                 self.slices = only.slices.unwrap_or(self.slices);
-                (self.boxes, self.poses, self.film) = (only.boxes, only.poses, only.film);
+                (self.boxes, self.poses, self.film) = (only.boxes, only.poses, only.film.map(Arc::new));
             }
             last => {
                 // Each cuts its own scans as before.
@@ -439,7 +439,7 @@ impl Session {
             slices: Some(opened.slices),
             boxes: opened.boxes,
             poses: opened.poses.clone(),
-            film: opened.film.clone(),
+            film: opened.film.as_deref().cloned(),
         }
     }
 }

@@ -62,11 +62,11 @@ fn a_session_keeps_its_film_and_its_light_and_one_without_opens_as_ever() {
         ],
     };
     let folder = folder("session-film", |opened| {
-        opened.film = Some(film.clone());
+        opened.film = Some(film.clone().into());
         opened.scene.studio = Some(ready_made(Preset::Museum));
     });
     let again = read(&folder, &["session.json"]).unwrap();
-    assert_eq!((again.film.as_ref(), again.scene.studio), (Some(&film), Some(ready_made(Preset::Museum))));
+    assert_eq!((again.film.as_deref(), again.scene.studio), (Some(&film), Some(ready_made(Preset::Museum))));
     let text = std::fs::read_to_string(folder.join("session.json")).unwrap();
     let mut old: serde_json::Value = serde_json::from_str(&text).unwrap();
     old.as_object_mut().unwrap().remove("film").unwrap();

@@ -293,7 +293,7 @@ fn the_view_soon_has_a_good_picture() {
         };
         let mut cache = TracerCache::default();
         let begun = Instant::now();
-        let mut best = exposing(&mut cache, 77, Stop { samples: Some(1024), ..stop });
+        let mut best = exposing(&mut cache, 77, Stop { samples: Some(512), ..stop });
         println!("{preset:?}: made ready in {:.3} s, once for a scan and an isovalue", begun.elapsed().as_secs_f64());
         while best.go_on(&Progress::default()).unwrap().is_some() {}
         let truth = shown(best.light(false), &scene);

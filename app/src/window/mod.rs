@@ -148,7 +148,7 @@ impl Workstation {
 
     /// What moves.
     pub fn film(&self) -> Option<&bregma_session::film::Film> {
-        self.bench.work.opened.film.as_ref()
+        self.bench.work.opened.film.as_deref()
     }
 
     /// What is drawn.

@@ -5,11 +5,12 @@ use super::bench::Bench;
 use bregma_session::Opened;
 use bregma_session::film::{EVERY_S, Film, Recording};
 use egui::{Context, Key, Order};
+use std::sync::Arc;
 
 /// A film that plays.
 #[derive(Clone, Debug)]
 pub struct Playing {
-    film: Film,
+    film: Arc<Film>,
     /// Since when, in the window's seconds.
     since_s: f64,
     /// It begins anew where it ends, until somebody touches anything.
@@ -26,7 +27,7 @@ pub struct Taking {
 
 impl Bench {
     /// Plays a film in the view, once or until somebody touches anything. Whether it can be played with what is open.
-    pub fn play(&mut self, ctx: &Context, film: Film, goes_round: bool) -> bool {
+    pub fn play(&mut self, ctx: &Context, film: Arc<Film>, goes_round: bool) -> bool {
         self.playing = film.check(&self.work.opened).is_ok().then(|| Playing { film, since_s: ctx.time(), goes_round });
         self.plays()
     }
@@ -70,7 +71,7 @@ impl Bench {
             Some(Taking { recording, since_s }) => {
                 let before = self.work.opened.film.take();
                 let fps = before.as_ref().map_or(Film::default().fps, |film| film.fps);
-                self.work.opened.film = recording.film(&self.work.opened, ctx.time() - since_s, fps).or(before);
+                self.work.opened.film = recording.film(&self.work.opened, ctx.time() - since_s, fps).map(Arc::new).or(before);
             }
         }
     }

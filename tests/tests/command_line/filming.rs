@@ -70,7 +70,7 @@ fn the_film_of_a_session_is_made_unless_another_is_asked_for() {
     let source = bregma_session::Source { file: d.join("a.nrrd"), ..Default::default() };
     let mut opened = bregma_session::Opened::read(&[source], &Default::default()).unwrap();
     let keys = [0.0, 0.5].map(|at_s| bregma_session::film::Key { at_s, orbit: Some([90.0 * at_s, 0.0]), ..Default::default() });
-    opened.film = Some(bregma_session::film::Film { seconds: 0.5, fps: 8.0, turns: None, keys: keys.into() });
+    opened.film = Some(bregma_session::film::Film { seconds: 0.5, fps: 8.0, turns: None, keys: keys.into() }.into());
     bregma_session::Session::of(&opened, &d).write(&d.join("session.json")).unwrap();
     let made = |asked: &str| {
         ok(&d, &format!("film session.json --backend cpu --size 32x32 {asked} --out frames"));

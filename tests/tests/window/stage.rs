@@ -108,7 +108,7 @@ fn a_kiosk_of_a_session_with_a_film_plays_it_until_it_is_touched() {
     let key =
         |at_s, azimuth, iso| bregma_session::film::Key { at_s, orbit: Some([azimuth, 0.0]), iso: Some(vec![iso]), ..Default::default() };
     let keys = vec![key(0.0, 0.0, 30.0), key(2.0, 90.0, 40.0), key(4.0, 90.0, 50.0)];
-    opened.film = Some(bregma_session::film::Film { seconds: 4.0, fps: 10.0, turns: None, keys });
+    opened.film = Some(bregma_session::film::Film { seconds: 4.0, fps: 10.0, turns: None, keys }.into());
     bregma_session::Session::of(&opened, &folder).write(&folder.join("scenes.json")).unwrap();
     let start = Start::Files(vec![bregma_session::Source { file: folder.join("scenes.json"), ..Default::default() }]);
     let builder = Harness::builder().with_size([1280.0, 800.0]).with_step_dt(FRAME_S).wgpu();

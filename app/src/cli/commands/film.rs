@@ -31,7 +31,7 @@ pub fn film(args: &FilmArgs, machine: Machine) -> Result<(), CommandError> {
     }
     let mut sheet_of = sheet.print.sheet(sheet.size.or(Some((1280, 720))), sheet.samples);
     let mut panels = plate::panels(sheet, &mut sheet_of)?;
-    let film = asked(args, panels.first().and_then(|panel| panel.opened.film.as_ref()))?;
+    let film = asked(args, panels.first().and_then(|panel| panel.opened.film.as_deref()))?;
     warn(&prepare(&mut panels, &mut sheet_of)?);
     if sheet.studio.minutes.is_some() {
         return Err(CommandError::Usage(

@@ -15,6 +15,7 @@ use bregma_session::studio::Told;
 use bregma_session::{Compare, Machine, Opened};
 use egui::{Button, Context, DragValue, Grid, ScrollArea, Ui, Window};
 use std::path::Path;
+use std::sync::Arc;
 
 /// The window that makes films.
 pub struct FilmPanel {
@@ -58,23 +59,19 @@ impl FilmPanel {
     pub fn show(&mut self, ctx: &Context, bench: &mut Bench, painting: Option<Painting>) {
         if let Some(to) = self.saving.chosen() {
             let (panel, print) = self.ordered(bench, painting);
-            let film = bench.work.opened.film.clone().unwrap_or_default();
+            let film = bench.work.opened.film.as_deref().cloned().unwrap_or_default();
             self.saving.start(ctx, "Filming", to, move |file, progress| saved(&film, panel, print, file, progress));
         }
         if !self.is_open || bench.is_empty() {
             return;
         }
         let mut open = true;
-        Window::new("Film")
-            .open(&mut open)
-            .default_pos(widgets::beside_view(ctx, 430.0))
-            .resizable(false)
-            .show(ctx, |ui| self.contents(ui, bench));
+        widgets::beside_view(ctx, Window::new("Film")).open(&mut open).resizable(false).show(ctx, |ui| self.contents(ui, bench));
         self.is_open = open;
     }
 
     fn contents(&mut self, ui: &mut Ui, bench: &mut Bench) {
-        let mut film = bench.work.opened.film.clone().unwrap_or_default();
+        let mut film = bench.work.opened.film.as_deref().cloned().unwrap_or_default();
         let before = film.clone();
         self.kind(ui, &mut film);
         if film.turns.is_none() {
@@ -100,7 +97,7 @@ impl FilmPanel {
         }
         // A film that nobody made is none, and no change of the work.
         if film != before {
-            bench.work.opened.film = Some(film.clone());
+            bench.work.opened.film = Some(Arc::new(film.clone()));
         }
         if !self.saving.is_at_work(ui) {
             self.buttons(ui, bench, &film, flaw.is_none());
@@ -140,7 +137,7 @@ impl FilmPanel {
                 }
             } else if ui.add_enabled(can && !is_taken, Button::new("Preview")).on_hover_text("Plays it in the picture, coarsely").clicked()
             {
-                bench.play(&ctx, film.clone(), false);
+                bench.play(&ctx, Arc::new(film.clone()), false);
             }
             let hint = "What you do in the view until you stop becomes the film: turning, isovalues, opacities, cuts";
             if ui.button(if is_taken { "Stop recording" } else { "Record" }).on_hover_text(hint).clicked() {

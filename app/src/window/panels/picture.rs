@@ -95,9 +95,8 @@ impl PicturePanel {
             return;
         }
         let mut open = true;
-        Window::new("Picture")
+        widgets::beside_view(ctx, Window::new("Picture"))
             .open(&mut open)
-            .default_pos(widgets::beside_view(ctx, 480.0))
             .resizable(false)
             .show(ctx, |ui| self.contents(ui, bench, painting));
         self.is_open = open;
