@@ -433,7 +433,7 @@ fn what_is_known_of_scans_changes_no_picture_and_a_stopped_one_goes_on() {
                     std::thread::sleep(std::time::Duration::from_micros(37 * n));
                     progress.cancel();
                 });
-                drop(by_cache.expose(&mut parts, 24, None, &progress));
+                let _ = by_cache.expose(&mut parts, 24, None, &progress);
             });
         }
         by_cache.expose(&mut parts, 24, None, &Progress::default()).unwrap();
