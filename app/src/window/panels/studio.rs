@@ -13,8 +13,10 @@ use glam::Vec3;
 const TILE: [f32; 2] = [68.0, 58.0];
 const BALL: f32 = 32.0;
 
-/// Each light: its preset, its name, what it shows, and where on the tile's ball it lies over how dark a rim.
-const TILES: [(Option<Preset>, &str, &str, [f32; 3], u8); 5] = [
+/// A light to choose: its preset, its name, what it shows, and where on the tile's ball it lies over how dark a rim.
+type Choice = (Option<Preset>, &'static str, &'static str, [f32; 3], u8);
+
+const TILES: [Choice; 5] = [
     (None, "No studio", "The light of the panel Light, at once", [-0.4, 0.5, 0.77], 40),
     (Some(Preset::Journal), "Journal", "One lamp from the upper left and a sky that fills, no ground: for figures", [-0.5, 0.6, 0.62], 110),
     (
