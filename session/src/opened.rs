@@ -1,6 +1,7 @@
 //! From what the person names to what is drawn: files with their registrations and landmarks, a session, or the built-in pair.
 
 use crate::compare::Compare;
+use crate::film::Film;
 use crate::kind::Kind;
 use crate::measurement::Measurement;
 use crate::parts::PartOfError;
@@ -58,6 +59,8 @@ pub struct Opened {
     pub poses: Vec<KeptPose>,
     /// What there is to say of label maps.
     pub notes: Vec<String>,
+    /// What moves, once somebody has said so. Shared: a recording has thousands of keys, and undo many states.
+    pub film: Option<Arc<Film>>,
 }
 
 /// Why nothing was opened. Each sentence names the file.
@@ -102,7 +105,8 @@ impl Opened {
         let slices = Slices::of(&volumes.iter().map(|volume| volume.grid().clone()).collect::<Vec<_>>());
         let (measurements, landmarks, poses) = (vec![], vec![], vec![]);
         let (from_session, compare, boxes) = (false, Compare::Off, false);
-        Self { sources, volumes, scene, from_session, measurements, landmarks, compare, pair: None, slices, boxes, poses, notes: vec![] }
+        let (pair, notes, film) = (None, vec![], None);
+        Self { sources, volumes, scene, from_session, measurements, landmarks, compare, pair, slices, boxes, poses, notes, film }
     }
 
     /// The built-in demo pair.
@@ -205,7 +209,7 @@ impl Opened {
                 (self.measurements, self.landmarks) = (only.measurements, only.landmarks);
                 (self.compare, self.pair) = (only.compare, only.pair);
                 self.slices = only.slices.unwrap_or(self.slices);
-                (self.boxes, self.poses) = (only.boxes, only.poses);
+                (self.boxes, self.poses, self.film) = (only.boxes, only.poses, only.film.map(Arc::new));
             }
             last => {
                 // Each cuts its own scans as before.
@@ -466,6 +470,7 @@ impl Session {
             slices: Some(opened.slices),
             boxes: opened.boxes,
             poses: opened.poses.clone(),
+            film: opened.film.as_deref().cloned(),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The session file: scans, the scene they were left in, and what was measured on them.
 
 use crate::compare::Compare;
+use crate::film::Film;
 use crate::measurement::Measurement;
 use crate::output::{OutputError, write_whole};
 use crate::poses::KeptPose;
@@ -55,6 +56,9 @@ pub struct Session {
     /// Registrations that are kept beside those that stand.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub poses: Vec<KeptPose>,
+    /// What moves.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub film: Option<Film>,
 }
 
 /// Why a session was not opened.

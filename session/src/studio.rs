@@ -1,9 +1,9 @@
 //! Pictures under studio light: drawn until they are good enough, kept on the way, and gone on with where they were left.
 
 use crate::output::{OutputError, write_by};
-use bregma_field::{Cancelled, Volume};
+use bregma_field::{Cancelled, Progress, Volume};
 use bregma_renderer::studio::{Exposed, LEAST_SAMPLES, Preset, Studio, StudioError, Tracer};
-use bregma_renderer::{CpuRenderer, Named, Picture, RenderError, Renderer, Scene};
+use bregma_renderer::{Color, CpuRenderer, Named, Picture, RenderError, Renderer, Scene};
 use glam::Vec4;
 use serde::{Deserialize, Serialize};
 use std::ffi::OsString;
@@ -80,6 +80,8 @@ pub struct Told {
     pub noise: f64,
     /// About how long the rest takes, if that is known.
     pub left: Option<Duration>,
+    /// How long one sample of one pixel took, seconds.
+    pub sample_s: f64,
 }
 
 /// A studio that cannot be found.
@@ -110,12 +112,16 @@ fn names() -> String {
     Preset::ALL.iter().map(|preset| preset.name()).collect::<Vec<_>>().join(", ")
 }
 
+/// A ready-made studio as files write it, whose colours have 8 bits, so that what is drawn of one is drawn again.
+pub fn ready_made(preset: Preset) -> Studio {
+    let written = serde_json::json!(preset.studio());
+    serde_json::from_value(written).expect("a studio reads what it writes")
+}
+
 /// A studio by the name of a preset, or from a JSON file.
 pub fn find(name: &str) -> Result<Studio, StudioFileError> {
     if let Some(preset) = Preset::named(name) {
-        // As files write it, whose colours have 8 bits, so that what is drawn of one is drawn again.
-        let written = serde_json::json!(preset.studio());
-        return Ok(serde_json::from_value(written).expect("a studio reads what it writes"));
+        return Ok(ready_made(preset));
     }
     let text = std::fs::read_to_string(name).map_err(|_| StudioFileError::Unknown(name.to_owned()))?;
     let studio: Studio = serde_json::from_str(&text).map_err(|reason| StudioFileError::Form { file: name.into(), reason })?;
@@ -183,45 +189,81 @@ pub fn part_of(out: &Path, n: usize) -> PathBuf {
 const MAGIC: &[u8] = b"bregma studio 1\n";
 
 /// Draws a picture until it is good enough, and tells how far it is after each round.
-pub fn draw(order: &Order<'_>, told: impl FnMut(Told) -> Result<(), Cancelled>) -> Result<Drawn, ExposeError> {
+pub fn draw(order: &Order<'_>, progress: &Progress, mut told: impl FnMut(Told)) -> Result<Drawn, ExposeError> {
     let tracer = Tracer::new(order.volumes, order.scene, order.size, order.exposure.seed)?;
     let header = header(order);
     let exposed = resumed(order, &header).unwrap_or_else(|| Exposed::new(order.size));
     let resumed = exposed.samples();
-    let exposed = expose(order, &tracer, &header, exposed, told)?;
-    let [width, height] = order.size;
-    let middles = CpuRenderer::default().render(order.volumes, order.scene, width, height)?;
-    let (samples, noise) = (exposed.samples(), exposed.noise());
-    let description = description(order, samples, noise);
-    Ok(Drawn { middles, light: tracer.light(&exposed, order.exposure.denoise), samples, noise, resumed, description })
-}
-
-/// Adds samples round by round: all that a file keeps is between two of them, so that it does not matter how often it was gone on with.
-fn expose(
-    order: &Order<'_>,
-    tracer: &Tracer,
-    header: &[u8],
-    mut exposed: Exposed,
-    mut told: impl FnMut(Told) -> Result<(), Cancelled>,
-) -> Result<Exposed, ExposeError> {
-    let (begun, mut kept, before) = (Instant::now(), Instant::now(), exposed.count());
-    let Stop { samples, noise, minutes, even } = order.exposure.stop;
-    while !is_enough(&exposed, &order.exposure.stop) && minutes.is_none_or(|minutes| begun.elapsed().as_secs_f64() < 60.0 * minutes) {
-        let until = (exposed.samples() + round_at(exposed.samples())).min(samples.unwrap_or(u32::MAX));
-        tracer.expose(&mut exposed, until, noise.filter(|_| !even).map(|noise| noise as f32));
-        let seconds = begun.elapsed().as_secs_f64() / (exposed.count() - before).max(1) as f64;
-        told(Told { samples: exposed.samples(), noise: exposed.noise(), left: left(&exposed, &order.exposure.stop, seconds) })?;
+    let mut exposing = Exposing::of(tracer, exposed, order.exposure.stop);
+    let mut kept = Instant::now();
+    while let Some(round) = exposing.go_on(progress)? {
+        told(round);
         if let Some(part) = order.part.filter(|_| kept.elapsed() >= order.keep_every) {
-            keep(part, header, &exposed)?;
+            keep(part, &header, &exposing.exposed)?;
             kept = Instant::now();
         }
     }
-    Ok(exposed)
+    let [width, height] = order.size;
+    let middles = CpuRenderer::default().render(order.volumes, order.scene, width, height)?;
+    let (samples, noise) = (exposing.exposed.samples(), exposing.exposed.noise());
+    let description = description(order, samples, noise);
+    Ok(Drawn { middles, light: exposing.light(order.exposure.denoise), samples, noise, resumed, description })
+}
+
+/// A picture that gets samples round by round until it is good enough. All that a file keeps is between two rounds, so that it does not matter how
+/// often it was gone on with.
+#[derive(Debug)]
+pub struct Exposing {
+    tracer: Tracer,
+    exposed: Exposed,
+    stop: Stop,
+    begun: Instant,
+    /// What rounds took, without what is done between them.
+    spent: Duration,
+    /// Samples of all pixels that it began with.
+    before: u64,
+}
+
+impl Exposing {
+    /// Goes on from what is exposed.
+    pub fn of(tracer: Tracer, exposed: Exposed, stop: Stop) -> Self {
+        let before = exposed.count();
+        Self { tracer, exposed, stop, begun: Instant::now(), spent: Duration::ZERO, before }
+    }
+
+    /// Adds the samples of one round, and tells how far the picture is; `None` once it is good enough.
+    pub fn go_on(&mut self, progress: &Progress) -> Result<Option<Told>, Cancelled> {
+        let Stop { samples, noise, minutes, even } = self.stop;
+        let is_late = minutes.is_some_and(|minutes| self.begun.elapsed().as_secs_f64() >= 60.0 * minutes);
+        if is_late || is_enough(&self.exposed, &self.stop) {
+            return Ok(None);
+        }
+        let done = self.exposed.samples();
+        let until = (done + round_at(done)).min(samples.unwrap_or(u32::MAX));
+        let round = Instant::now();
+        self.tracer.expose(&mut self.exposed, until, noise.filter(|_| !even).map(|noise| noise as f32), progress)?;
+        self.spent += round.elapsed();
+        let sample_s = self.spent.as_secs_f64() / (self.exposed.count() - self.before).max(1) as f64;
+        let left = left(&self.exposed, &self.stop, sample_s);
+        Ok(Some(Told { samples: self.exposed.samples(), noise: self.exposed.noise(), left, sample_s }))
+    }
+
+    /// The picture so far as linear light, premultiplied with its opacity; with what noise is left taken away by a filter, if that is asked for.
+    pub fn light(&self, denoise: bool) -> Vec<Vec4> {
+        self.tracer.light(&self.exposed, denoise)
+    }
+}
+
+/// Light on what is behind it; as it is where that is clear.
+pub fn on_ground(mut light: Vec<Vec4>, ground: Option<Color>) -> Vec<Vec4> {
+    let ground = ground.map_or(Vec4::ZERO, |color| color.linear().extend(1.0));
+    light.iter_mut().for_each(|over| *over += (1.0 - over.w) * ground);
+    light
 }
 
 /// Samples of the round after so many: few at first, so that there soon is something to see.
 fn round_at(samples: u32) -> u32 {
-    samples.clamp(4, 16)
+    samples.clamp(1, 16)
 }
 
 fn is_enough(exposed: &Exposed, stop: &Stop) -> bool {

@@ -2,8 +2,11 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
+use bregma_renderer::studio::Preset;
 use bregma_renderer::{Clip, Color, Mode, Shape, TransferFunction};
 use bregma_session::Compare;
+use bregma_session::film::{Film, Key};
+use bregma_session::studio::ready_made;
 use bregma_session::{Landmark, Made, Opened, Session, Source, save};
 use bregma_volume::Progress;
 use glam::{DAffine3, DVec3};
@@ -44,6 +47,35 @@ fn cut() -> Clip {
 
 fn ball() -> Clip {
     Clip::all(Shape::Sphere { centre_mm: DVec3::new(1.0, 2.0, 0.5), radius_mm: 1.5 })
+}
+
+#[test]
+fn a_session_keeps_its_film_and_its_light_and_one_without_opens_as_ever() {
+    // Fails if what moves or how it is lit is lost, a session of before has a film or is refused, or joining scans takes a film over.
+    let film = Film {
+        seconds: 2.0,
+        fps: 24.0,
+        turns: None,
+        keys: vec![
+            Key { at_s: 0.0, iso: Some(vec![1.0, 2.0]), ..Key::default() },
+            Key { at_s: 2.0, orbit: Some([30.0, 10.0]), ..Key::default() },
+        ],
+    };
+    let folder = folder("session-film", |opened| {
+        opened.film = Some(film.clone().into());
+        opened.scene.studio = Some(ready_made(Preset::Museum));
+    });
+    let again = read(&folder, &["session.json"]).unwrap();
+    assert_eq!((again.film.as_deref(), again.scene.studio), (Some(&film), Some(ready_made(Preset::Museum))));
+    let text = std::fs::read_to_string(folder.join("session.json")).unwrap();
+    let mut old: serde_json::Value = serde_json::from_str(&text).unwrap();
+    old.as_object_mut().unwrap().remove("film").unwrap();
+    old["scene"].as_object_mut().unwrap().remove("studio").unwrap();
+    std::fs::write(folder.join("old.json"), old.to_string()).unwrap();
+    let before = read(&folder, &["old.json"]).unwrap();
+    assert!(before.film.is_none() && before.scene.studio.is_none());
+    assert!(!serde_json::to_string(&Session::of(&before, &folder)).unwrap().contains("\"film\""), "and is written as before");
+    assert!(read(&folder, &["session.json", "a.nrrd"]).unwrap().film.is_none());
 }
 
 #[test]

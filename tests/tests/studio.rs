@@ -4,8 +4,9 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use bregma_field::{crossings, interpolant};
-use bregma_renderer::studio::{Exposed, Follows, Ground, Lamp, Preset, Sky, Studio, Tone, Tracer};
+use bregma_renderer::studio::{Exposed, Follows, Ground, Lamp, Preset, Sky, Studio, Tone, Tracer, TracerCache};
 use bregma_renderer::{Bounds, Camera, Clip, Color, Ray, Scene, Shape, Surface};
+use bregma_session::studio::{Exposing, Stop, on_ground};
 use bregma_synthetic::{Random, Which, skull};
 use bregma_volume::{Progress, ReadSamples, Samples, Volume, WorldPoint};
 use glam::DVec3;
@@ -14,7 +15,7 @@ use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 const ALBEDO: f32 = 0.7;
 
@@ -178,7 +179,7 @@ fn traced(volumes: &[Arc<Volume>], scene: &Scene, size: [u32; 2], samples: u32, 
         .map(|seed| {
             let tracer = Tracer::new(volumes, scene, size, seed).unwrap();
             let mut exposed = Exposed::new(size);
-            tracer.expose(&mut exposed, samples, None);
+            tracer.expose(&mut exposed, samples, None, &Progress::default()).unwrap();
             let light = tracer.light(&exposed, false);
             let mut sums = vec![0.0; across * (size[1] / 8) as usize];
             for (n, color) in light.iter().enumerate() {
@@ -240,7 +241,7 @@ fn blocks_at_rest_get_no_more_samples() {
     let mut exposed = Exposed::new(size);
     let noise = 2.0;
     for until in [16, 32, 64, 128, 256, 512] {
-        tracer.expose(&mut exposed, until, Some(noise));
+        tracer.expose(&mut exposed, until, Some(noise), &Progress::default()).unwrap();
     }
     assert!(exposed.noise_of_blocks().iter().all(|told| *told <= noise), "{:?}", exposed.noise_of_blocks());
     let share = exposed.count() as f64 / (64.0 * 64.0 * f64::from(exposed.samples()));
@@ -257,7 +258,7 @@ fn what_is_denoised_is_nearer_to_the_truth() {
     let tracer = Tracer::new(&volumes, &scene, size, 1).unwrap();
     let light = |samples, denoise| {
         let mut exposed = Exposed::new(size);
-        tracer.expose(&mut exposed, samples, None);
+        tracer.expose(&mut exposed, samples, None, &Progress::default()).unwrap();
         tracer.light(&exposed, denoise)
     };
     let truth = light(256, false);
@@ -270,6 +271,56 @@ fn what_is_denoised_is_nearer_to_the_truth() {
     let (raw, denoised) = (off(&light(8, false)), off(&light(8, true)));
     println!("rms off the truth: {raw:.4} raw, {denoised:.4} denoised");
     assert!(denoised < 0.85 * raw, "{denoised} of {raw}");
+}
+
+#[test]
+#[ignore = "timed, for a machine that does nothing else: cargo test --release -p bregma-tests --test studio -- --ignored the_view --nocapture"]
+fn the_view_soon_has_a_good_picture() {
+    // Fails if what the view shows first takes much longer than one sample and its filter. Prints how long each round takes to be there, and how far it is off
+    // the truth as the view shows it, raw and filtered.
+    let volumes = [Arc::new(skull(Which::A, 256, &Progress::default()).unwrap())];
+    let mut scene = Scene::of(&volumes);
+    scene.camera = Camera::orbit_with_fov(&Bounds::of(volumes.iter().map(|v| v.grid())), -35.0, 10.0, 25.0);
+    let size = [512, 512];
+    let shown = |light: Vec<glam::Vec4>, scene: &Scene| -> Vec<[f32; 3]> {
+        on_ground(light, scene.background).iter().map(|light| Color::of_light(light.truncate()).0.map(|c| 255.0 * c)).collect()
+    };
+    for preset in [Preset::Journal, Preset::Museum] {
+        scene.studio = Some(preset.studio());
+        let stop = Stop { samples: Some(64), ..Stop::default() };
+        let exposing = |cache: &mut TracerCache, seed, stop| {
+            Exposing::of(Tracer::reusing(cache, &volumes, &scene, size, seed).unwrap(), Exposed::new(size), stop)
+        };
+        let mut cache = TracerCache::default();
+        let begun = Instant::now();
+        let mut best = exposing(&mut cache, 77, Stop { samples: Some(512), ..stop });
+        println!("{preset:?}: made ready in {:.3} s, once for a scan and an isovalue", begun.elapsed().as_secs_f64());
+        while best.go_on(&Progress::default()).unwrap().is_some() {}
+        let truth = shown(best.light(false), &scene);
+        let off = |light| {
+            let squares =
+                shown(light, &scene).iter().flatten().zip(truth.iter().flatten()).map(|(a, b)| f64::from(a - b).powi(2)).sum::<f64>();
+            (squares / (3.0 * truth.len() as f64)).sqrt()
+        };
+        // The scan is known: a view was turned.
+        let begun = Instant::now();
+        let mut view = exposing(&mut cache, 0, stop);
+        let (mut spent, mut since) = (0.0, begun);
+        println!("| samples | s | told | raw, off by | s of the filter | filtered, off by |\n|---|---|---|---|---|---|");
+        let mut first = None;
+        while let Some(told) = view.go_on(&Progress::default()).unwrap() {
+            let raw = view.light(false);
+            spent += since.elapsed().as_secs_f64();
+            let begun = Instant::now();
+            let filtered = view.light(true);
+            let filter_s = begun.elapsed().as_secs_f64();
+            first = first.or(Some(spent + filter_s));
+            println!("| {} | {spent:.3} | {:.2} | {:.2} | {filter_s:.3} | {:.2} |", told.samples, told.noise, off(raw), off(filtered));
+            since = Instant::now();
+        }
+        // One sample of 262,144 pixels is 0.1 s on two free cores, the filter less.
+        assert!(first.unwrap() < 1.0, "{first:?} s");
+    }
 }
 
 fn folder(name: &str) -> PathBuf {

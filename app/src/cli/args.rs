@@ -262,9 +262,9 @@ pub struct FilmArgs {
     /// How long it runs, of keys [default: until the last key]
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     pub seconds: Option<f64>,
-    /// Frames in a second
-    #[arg(long, value_name = "N", value_parser = positive, default_value = "30")]
-    pub fps: f64,
+    /// Frames in a second [default: 30, or those of a session's film]
+    #[arg(long, value_name = "N", value_parser = positive)]
+    pub fps: Option<f64>,
     /// How coarsely MP4 keeps frames: 0 is best and largest, 51 worst
     #[arg(long, value_name = "Q", value_parser = clap::value_parser!(u8).range(0..=51), default_value_t = QUALITY)]
     pub quantiser: u8,

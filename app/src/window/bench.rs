@@ -11,9 +11,11 @@ use super::picture::cast::Found;
 use super::picture::painter::Painter;
 use super::picture::slice_views::SliceViews;
 use super::picture::view::View;
+use super::playing::{Playing, Taking};
 use super::recovery::{Kept, Recovery};
 use super::remembered::Remembered;
 use super::stage::Stage;
+use super::words::in_the_window;
 use bregma_session::register::apart;
 use bregma_session::{Compare, Kind, Measurement, Opened, Origin, Source};
 use egui::{Context, Id, Modal};
@@ -56,6 +58,10 @@ pub struct Bench {
     pub slices: SliceViews,
     /// What is on the whole screen.
     pub stage: Stage,
+    /// The film that plays in the view.
+    pub playing: Option<Playing>,
+    /// What is recorded.
+    pub taking: Option<Taking>,
     /// The point of the world under the mouse, in any view.
     pub under_mm: Option<DVec3>,
     /// Scans on their way in.
@@ -89,6 +95,8 @@ impl Bench {
             painter: Painter::new(ctx),
             slices: SliceViews::default(),
             stage: Stage::default(),
+            playing: None,
+            taking: None,
             under_mm: None,
             loading,
             is_coarse: false,
@@ -198,6 +206,11 @@ impl Bench {
         match self.painter.poll() {
             Some(Ok(painted)) => self.view.take(ctx, painted).into_iter().for_each(|old| self.painter.give_back(old)),
             Some(Err(text)) => self.messages.error(text),
+            None => {}
+        }
+        match self.painter.poll_light() {
+            Some(Ok(round)) => self.view.light(ctx, round),
+            Some(Err(text)) => self.messages.error(in_the_window(&text)),
             None => {}
         }
         self.slices.poll(ctx).into_iter().for_each(|text| self.messages.error(text));

@@ -60,6 +60,7 @@ impl Work {
         same_scans(&a.volumes, &b.volumes)
             && same_scene()
             && a.poses == b.poses
+            && a.film == b.film
             && a.measurements == b.measurements
             && self.measured.same(&other.measured)
     }

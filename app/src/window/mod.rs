@@ -22,6 +22,7 @@ mod palette;
 mod panels;
 mod path_prompt;
 mod picture;
+mod playing;
 mod preferences;
 mod recovery;
 mod remembered;
@@ -38,6 +39,7 @@ use bregma_field::Volume;
 use bregma_measure::DifferenceRay;
 use bregma_renderer::{Backend, BodyPlane, Integrator, Picture, Reconstruction, Scene, Setting, Solver};
 use bregma_session::coat::Coat;
+use bregma_session::studio::{Told, so_far};
 use bregma_session::{Compare, Source};
 use commands::COMMANDS;
 use egui::{Align, CentralPanel, Context, Frame, Label, Layout, Panel, Rect, RichText, Ui, ViewportCommand};
@@ -45,8 +47,9 @@ use letters::Letters;
 use loading::Loading;
 use measured::Tool;
 use panels::{Command, Panels};
+use picture::desk::Painted;
 use picture::{compare_bar, slice_views, tools};
-pub use preferences::Preferences;
+pub use preferences::{Preferences, ThemeChoice};
 use remembered::Remembered;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -125,6 +128,27 @@ impl Workstation {
         let bench = &self.bench;
         let is_drawn = !bench.work.opened.slices.layout.has_picture() || bench.painter.is_settled();
         !self.is_loading() && is_drawn && bench.slices.are_settled(&bench.work)
+    }
+
+    /// The picture on the screen has as much studio light as it gets.
+    pub fn is_exposed(&self) -> bool {
+        self.is_settled() && self.bench.painter.is_exposed()
+    }
+
+    /// How far the picture on the screen is under studio light: samples of each pixel, and noise in 255ths; `None` where it is the ordinary one.
+    pub fn exposed(&self) -> Option<(u32, f64)> {
+        let (told, _) = self.bench.view.painted.as_ref()?.exposed?;
+        Some((told.samples, told.noise))
+    }
+
+    /// What the picture is asked to show: that of the work, or of a film that plays.
+    pub fn shown(&self) -> Option<&Scene> {
+        self.bench.painter.wished()
+    }
+
+    /// What moves.
+    pub fn film(&self) -> Option<&bregma_session::film::Film> {
+        self.bench.work.opened.film.as_deref()
     }
 
     /// What is drawn.
@@ -236,16 +260,11 @@ impl Workstation {
                 ui.weak(if self.is_loading() { "Loading" } else { "Nothing is open" });
                 return;
             };
-            ui.weak(self.bench.view.hint());
-            let scene = self.scene();
-            let quality = match (p.reduction, scene.solver) {
-                (1, _) if scene.mode.uses(Setting::Transfer) && scene.integrator != Integrator::Exact => "in steps".to_owned(),
-                (1, _) if scene.draws_spline() => "B-spline, not the measured surface".to_owned(),
-                (1, _) if scene.reconstructs() == Reconstruction::Nearest => "samples as boxes, not the measured surface".to_owned(),
-                (1, Solver::Exact) => "exact".to_owned(),
-                (1, solver) => format!("by {solver}, which is not exact"),
-                (n, _) => format!("preview, 1/{n} across"),
+            match self.bench.recorded_s(ui.ctx()) {
+                Some(seconds) => ui.colored_label(ui.visuals().warn_fg_color, format!("Recording, {seconds:.0} s")),
+                None => ui.weak(self.bench.view.hint()),
             };
+            let quality = self.quality(p);
             let adapter = if p.backend == Backend::Cpu { p.adapter.replacen("cpu", "CPU", 1) } else { p.adapter.clone() };
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
                 let painting = self.panels.painting(&self.bench.work);
@@ -253,13 +272,32 @@ impl Workstation {
                 if ui.available_width() < QUALITY {
                     return;
                 }
-                let samples = if p.samples > 1 { format!(", {} samples", p.samples) } else { String::new() };
-                let text = format!("{quality}{samples}  ·  {:.0} ms  ·  {adapter}", p.millis);
+                // Studio light is the processor's, whatever drew the picture before.
+                let text = if p.exposed.is_some() { quality } else { format!("{quality}  ·  {:.0} ms  ·  {adapter}", p.millis) };
                 if ui.available_width() > LEAST_TEXT {
                     ui.add(Label::new(RichText::new(text).weak()).truncate());
                 }
             });
         });
+    }
+
+    /// How exactly the picture is drawn, or how far it is under studio light.
+    fn quality(&self, p: &Painted) -> String {
+        let scene = self.scene();
+        if let Some((told, is_filtered)) = p.exposed {
+            return lit(scene, &told, is_filtered);
+        }
+        let samples = if p.samples > 1 { format!(", {} samples", p.samples) } else { String::new() };
+        let quality = match (p.reduction, scene.solver) {
+            (1, _) if scene.mode.uses(Setting::Transfer) && scene.integrator != Integrator::Exact => "in steps".to_owned(),
+            (1, _) if scene.draws_spline() => "B-spline, not the measured surface".to_owned(),
+            (1, _) if scene.reconstructs() == Reconstruction::Nearest => "samples as boxes, not the measured surface".to_owned(),
+            (1, Solver::Exact) => "exact".to_owned(),
+            (1, solver) => format!("by {solver}, which is not exact"),
+            (n, _) => format!("preview, 1/{n} across"),
+        };
+        let light = if self.bench.painter.is_lit() { ", studio light comes at rest" } else { "" };
+        format!("{quality}{samples}{light}")
     }
 
     /// The tools beside the picture.
@@ -292,7 +330,17 @@ impl Workstation {
         ui.scope_builder(egui::UiBuilder::new().max_rect(middle), |ui| ui.vertical_centered(welcome));
     }
 
+    /// The picture; while a film plays, of what that shows, and not of the work, which stays as it is.
     fn picture_ui(&mut self, ui: &mut Ui) {
+        let shown = self.bench.shown_by_film(ui.ctx());
+        let work = shown.map(|shown| std::mem::replace(&mut self.bench.work.opened, shown));
+        self.views_ui(ui);
+        if let Some(opened) = work {
+            self.bench.work.opened = opened;
+        }
+    }
+
+    fn views_ui(&mut self, ui: &mut Ui) {
         let Self { bench, panels, .. } = self;
         bench.under_mm = None;
         bench.view.let_go(ui.ctx(), &bench.work);
@@ -325,6 +373,7 @@ impl Workstation {
                     Some((scene, worn)) => bench.painter.want(&opened.volumes, &scene, size, (Compare::Off, None), Some(worn), resting),
                     None => bench.painter.want(&opened.volumes, &opened.scene, size, (opened.compare, opened.compared()), None, resting),
                 }
+                bench.painter.expose(ui.ctx(), resting);
             }
             Err(text) => bench.messages.note(text),
         }
@@ -411,6 +460,7 @@ impl eframe::App for Workstation {
         if let Some(command) = chosen.or(taken).or(offered) {
             command.run(&mut self.panels, &mut self.bench, &ctx);
         }
+        self.bench.note_recording(&ctx);
         // A drag is one step, however many values it passes.
         if !self.bench.view.is_held(&ctx) {
             self.bench.history.record(&self.bench.work);
@@ -442,6 +492,16 @@ impl Workstation {
             self.title = title;
         }
     }
+}
+
+/// How far a picture is under studio light.
+fn lit(scene: &Scene, told: &Told, is_filtered: bool) -> String {
+    let left = told.left.map_or(0.0, |left| left.as_secs_f64().ceil());
+    let left = if left > 0.0 { format!(", about {left:.0} s left") } else { String::new() };
+    let smoothed = scene.studio.as_ref().is_some_and(|studio| studio.smooth_voxel > 0.0);
+    let smoothed = if smoothed { ", smoothed, not the measured surface" } else { "" };
+    let filtered = if is_filtered { ", filtered" } else { "" };
+    format!("studio light: {}{filtered}{left}{smoothed}", so_far(told.samples, told.noise))
 }
 
 /// What is less room than this, in points, says nothing of how the picture is drawn.

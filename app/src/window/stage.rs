@@ -1,4 +1,4 @@
-//! The views alone on the whole screen, and how the picture turns by itself there while nobody touches it.
+//! The views alone on the whole screen, and how the picture turns by itself there, or a film plays, while nobody touches it.
 
 use super::bench::Bench;
 use super::picture::navigate;
@@ -68,8 +68,12 @@ impl Stage {
 }
 
 impl Bench {
-    /// Turns the picture a little further, if it was left alone for long enough. That is no step: undo leads to what a person did.
+    /// Turns the picture a little further, or plays the session's film, if it was left alone for long enough. That is no step: undo leads to what a
+    /// person did.
     pub fn turn_by_itself(&mut self, ctx: &Context) {
+        if self.stage.turned_at.is_none() {
+            self.stop_playing_round(ctx);
+        }
         let Some(after_s) = self.stage.turns_after_s.filter(|_| !self.is_empty()) else { return };
         let now = ctx.time();
         let waits_s = self.stage.touched_at + after_s - now;
@@ -79,6 +83,10 @@ impl Bench {
         }
         let since_s = now - self.stage.turned_at.unwrap_or(now);
         self.stage.turned_at = Some(now);
+        if self.plays() || self.work.opened.film.clone().is_some_and(|film| self.play(ctx, film, true)) {
+            ctx.set_cursor_icon(CursorIcon::None);
+            return;
+        }
         navigate::rotate(&mut self.work.opened.scene.camera, TAU * since_s / TURN_S, 0.0);
         self.history.look_along(&self.work);
         self.view.moved(now);

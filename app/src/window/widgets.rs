@@ -3,7 +3,10 @@
 use bregma_renderer::Color;
 use bregma_session::Opened;
 use egui::emath::format_with_decimals_in_range;
-use egui::{Align, Color32, ComboBox, DragValue, Galley, Grid, Layout, Slider, TextStyle, TextWrapMode, Ui, WidgetText};
+use egui::{
+    Align, Align2, Color32, ComboBox, Context, DragValue, Galley, Grid, Layout, Slider, TextStyle, TextWrapMode, Ui, WidgetText, Window,
+    vec2,
+};
 use glam::DVec3;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
@@ -11,6 +14,11 @@ use std::sync::Arc;
 /// A line of its own height that is filled from the right.
 pub fn line<R>(ui: &mut Ui, add: impl FnOnce(&mut Ui) -> R) -> R {
     ui.horizontal(|ui| ui.with_layout(Layout::right_to_left(Align::Center), add).inner).inner
+}
+
+/// A window over the picture that leaves most of the view to be seen: at the right, over what was found.
+pub fn beside_view<'a>(ctx: &Context, window: Window<'a>) -> Window<'a> {
+    window.pivot(Align2::RIGHT_TOP).default_pos(ctx.content_rect().right_top() + vec2(-10.0, 60.0))
 }
 
 /// A slider from 0 to 100 %, as wide as there is room.

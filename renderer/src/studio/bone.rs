@@ -51,6 +51,13 @@ pub(crate) struct Bone {
     pub start_mm: f64,
 }
 
+/// Whether a studio can light what a scene draws: opaque surfaces in their own colours.
+pub fn can_light(scene: &Scene) -> Result<(), StudioError> {
+    let shows_values = scene.cut_face != CutFace::Bone && !scene.clips.is_empty();
+    let can = scene.draws_opaque() && scene.method() == Method::Solver(Solver::Exact) && !shows_values;
+    if can { Ok(()) } else { Err(StudioError::Mode) }
+}
+
 impl Bone {
     /// The finest voxel's length.
     pub fn voxel_mm(&self) -> f64 {
@@ -82,10 +89,7 @@ pub(super) struct Rays<S: Simd> {
 impl Bone {
     /// Of the visible layers of a scene, of whose `volumes` some may be smoothed.
     pub fn of(maps: &mut MapCache, volumes: &[Arc<Volume>], scene: &Scene) -> Result<Self, RenderError> {
-        let shows_values = scene.cut_face != CutFace::Bone && !scene.clips.is_empty();
-        if !scene.draws_opaque() || scene.method() != Method::Solver(Solver::Exact) || shows_values {
-            return Err(StudioError::Mode.into());
-        }
+        can_light(scene)?;
         let piece = |(index, surface): (usize, Surface)| {
             let (map, masks) = maps.get(&surface, &Walked::Inside);
             let to_index = surface.grid.world_to_index();

@@ -15,6 +15,8 @@ const KERNEL: [f32; 3] = [3.0 / 8.0, 1.0 / 4.0, 1.0 / 16.0];
 const NORMALS: f32 = 0.05;
 const DEPTHS: f32 = 0.01;
 const NOISES: f32 = 3.0;
+/// What is so unlike counts for less than float32 resolves beside the pixel itself.
+const UNLIKE: f32 = 17.0;
 
 /// A pixel: its light over its first colour, what it is of, and the variance of its brightness.
 #[derive(Clone, Copy)]
@@ -64,20 +66,32 @@ fn pixel(exposed: &Exposed, (x, y): (u32, u32)) -> Pixel {
 
 fn smoothed(pixels: &[Pixel], [width, height]: [u32; 2], (x, y): (u32, u32), step: i64) -> Pixel {
     let own = pixels[(y * width + x) as usize];
-    let (mut light, mut variance, mut weights) = (Vec3::ZERO, 0.0, 0.0);
-    // A variance of two halves is itself uncertain: with its neighbours' it is less so.
+    if own.depth == 0.0 {
+        // Nothing is seen there.
+        return own;
+    }
+    let [width, height, x, y] = [width, height, x, y].map(i64::from);
     let near = |dx: i64, dy: i64| {
-        let (x, y) = (i64::from(x) + dx, i64::from(y) + dy);
-        ((0..i64::from(width)).contains(&x) && (0..i64::from(height)).contains(&y)).then(|| pixels[(y * i64::from(width) + x) as usize])
+        let (x, y) = (x + dx, y + dy);
+        ((0..width).contains(&x) && (0..height).contains(&y)).then(|| &pixels[(y * width + x) as usize])
     };
-    let around: Vec<f32> =
-        (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy))).filter_map(|(dx, dy)| near(dx, dy)).map(|p| p.variance).collect();
-    let noise = NOISES * NOISES * (around.iter().sum::<f32>() / around.len() as f32) + 1e-8;
+    // A variance of two halves is itself uncertain: with its neighbours' it is less so.
+    let (mut around, mut count) = (0.0, 0.0);
+    for other in (-1..=1).flat_map(|dy| (-1..=1).filter_map(move |dx| near(dx, dy))) {
+        around += other.variance;
+        count += 1.0;
+    }
+    let per_noise = 1.0 / (9.0 * (NOISES * NOISES * around / count + 1e-8));
+    let per_depth = 1.0 / (DEPTHS * own.depth.max(1e-3) * step as f32 * 0.5);
+    let (mut light, mut variance, mut weights) = (Vec3::ZERO, 0.0, 0.0);
     for (dx, dy) in (-2..=2_i64).flat_map(|dy| (-2..=2_i64).map(move |dx| (dx, dy))) {
         let Some(other) = near(step * dx, step * dy) else { continue };
-        let unlike = (other.normal - own.normal).length_squared() / NORMALS
-            + (other.depth - own.depth).abs() / (DEPTHS * own.depth.max(1e-3) * step as f32 * 0.5)
-            + ((other.light - own.light).element_sum() / 3.0).powi(2) / noise;
+        let unlike = (other.normal - own.normal).length_squared() * (1.0 / NORMALS)
+            + (other.depth - own.depth).abs() * per_depth
+            + (other.light - own.light).element_sum().powi(2) * per_noise;
+        if unlike > UNLIKE {
+            continue;
+        }
         let weight = KERNEL[dx.unsigned_abs() as usize] * KERNEL[dy.unsigned_abs() as usize] * (-unlike).exp();
         light += weight * other.light;
         variance += weight * weight * other.variance;

@@ -18,5 +18,6 @@ mod tone;
 mod tracer;
 
 pub use accumulate::{Exposed, NotExposed};
+pub use bone::can_light;
 pub use settings::{Follows, Ground, Lamp, MOST_LAMPS, MOST_SMOOTH_VOXEL, Preset, Sky, Studio, StudioError, Tone};
-pub use tracer::{LEAST_SAMPLES, Tracer};
+pub use tracer::{LEAST_SAMPLES, Tracer, TracerCache};

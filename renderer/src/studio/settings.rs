@@ -1,5 +1,6 @@
 //! Light of a photographer's studio: lamps, sky, ground, and how bright and smooth the picture is.
 
+use crate::camera::Camera;
 use crate::color::Color;
 use crate::named;
 use glam::{DVec3, Vec3};
@@ -173,14 +174,42 @@ impl Sky {
 
 impl Lamp {
     /// The unit direction from the bone toward it, where the camera looks along these axes.
-    pub(crate) fn toward(&self, [right, up, back]: [DVec3; 3]) -> DVec3 {
-        let [right, up, back] = match self.follows {
-            Follows::Camera => [right, up, back],
-            Follows::Skull => [DVec3::X, DVec3::Z, DVec3::NEG_Y],
-        };
+    pub(crate) fn toward(&self, axes: [DVec3; 3]) -> DVec3 {
+        let [right, up, back] = self.follows.axes(axes);
         let ((sin_az, cos_az), (sin_el, cos_el)) = (self.azimuth_deg.to_radians().sin_cos(), self.elevation_deg.to_radians().sin_cos());
         cos_el * (sin_az * right + cos_az * back) + sin_el * up
     }
+
+    /// The unit direction toward it as a camera sees it: its parts to the right, up and toward the viewer.
+    pub fn seen_from(&self, camera: &Camera) -> DVec3 {
+        let toward = self.toward(axes_of(camera));
+        DVec3::from(axes_of(camera).map(|axis| toward.dot(axis)))
+    }
+
+    /// Puts it where a camera sees it so; it goes on following what it follows.
+    pub fn put(&mut self, seen: DVec3, camera: &Camera) {
+        let [x, y, z] = axes_of(camera);
+        let toward = (seen.x * x + seen.y * y + seen.z * z).normalize_or(z);
+        let [right, up, back] = self.follows.axes([x, y, z]);
+        self.azimuth_deg = toward.dot(right).atan2(toward.dot(back)).to_degrees();
+        self.elevation_deg = toward.dot(up).clamp(-1.0, 1.0).asin().to_degrees();
+    }
+}
+
+impl Follows {
+    /// To the right, up and toward the viewer of what it is, where the camera's are these.
+    fn axes(self, camera: [DVec3; 3]) -> [DVec3; 3] {
+        match self {
+            Self::Camera => camera,
+            Self::Skull => [DVec3::X, DVec3::Z, DVec3::NEG_Y],
+        }
+    }
+}
+
+/// To the right, up and toward the viewer.
+fn axes_of(camera: &Camera) -> [DVec3; 3] {
+    let basis = camera.basis();
+    [basis.right, basis.up, -basis.forward]
 }
 
 named! {

@@ -46,7 +46,7 @@ fn small_skull(studio: Studio) -> ([Arc<Volume>; 1], Scene) {
 /// The mean light of each pixel: red, green, blue and coverage.
 fn exposed(tracer: &Tracer, size: [u32; 2], samples: u32) -> (Exposed, Vec<[f64; 4]>) {
     let mut exposed = Exposed::new(size);
-    tracer.expose(&mut exposed, samples, None);
+    tracer.expose(&mut exposed, samples, None, &Progress::default()).unwrap();
     let pixel = |n: u32| {
         let (block, at) = exposed.at(n % size[0], n / size[0]);
         let sum = block.sum(at);
@@ -294,7 +294,7 @@ fn a_ball_on_a_clear_ground_casts_the_shadow_of_the_closed_form() {
     let size = [48, 48];
     let tracer = Tracer::new(&volumes, &scene, size, 5).unwrap();
     let mut exposed = Exposed::new(size);
-    tracer.expose(&mut exposed, 256, None);
+    tracer.expose(&mut exposed, 256, None, &Progress::default()).unwrap();
     let light = tracer.light(&exposed, false);
     let floor_mm = ball.centre.z - ball.radius_mm;
     let (mut off, mut squares, mut count) = (0.0, 0.0, 0.0);
@@ -337,7 +337,7 @@ fn threads_instructions_and_interruptions_change_no_bit() {
         let tracer = Tracer::with_instructions(level, &volumes, &scene, size, 9).unwrap();
         let mut exposed = Exposed::new(size);
         for until in rounds {
-            tracer.expose(&mut exposed, *until, None);
+            tracer.expose(&mut exposed, *until, None, &Progress::default()).unwrap();
             exposed = Exposed::read(size, &mut kept(&exposed).as_slice()).unwrap();
         }
         exposed
@@ -369,7 +369,7 @@ fn the_noise_that_is_told_is_the_noise_that_there_is() {
     let shown = |seed: u32, samples: u32| {
         let tracer = Tracer::new(&volumes, &scene, size, seed).unwrap();
         let mut exposed = Exposed::new(size);
-        tracer.expose(&mut exposed, samples, None);
+        tracer.expose(&mut exposed, samples, None, &Progress::default()).unwrap();
         let background = Color([0.5; 3]).linear();
         let colors: Vec<[f32; 3]> = tracer
             .light(&exposed, false)
@@ -392,4 +392,51 @@ fn the_noise_that_is_told_is_the_noise_that_there_is() {
     let (_, _, exposed) = shown(0, 32);
     let blocks = exposed.noise_of_blocks().iter().filter(|v| v.is_finite()).map(|v| f64::from(*v).powi(2)).sum::<f64>();
     assert!((exposed.noise() - (blocks / (64.0 * 64.0) * PIXELS as f64).sqrt()).abs() < 1e-3);
+}
+
+#[test]
+fn a_lamp_is_where_it_is_put() {
+    // Fails if a hand that puts a lamp somewhere finds it elsewhere, turns it away from what it follows, or cannot put it above or below.
+    let mut r = bregma_synthetic::Random(3);
+    let bounds = Bounds { centre_mm: DVec3::ZERO, radius_mm: 90.0 };
+    for follows in [Follows::Camera, Follows::Skull] {
+        for n in 0..200 {
+            let camera = Camera::orbit(&bounds, 360.0 * r.unit(), 178.0 * r.unit() - 89.0);
+            let seen = match n {
+                0 => DVec3::Y,
+                1 => DVec3::NEG_Y,
+                _ => DVec3::from_array(std::array::from_fn(|_| 2.0 * r.unit() - 1.0)).normalize(),
+            };
+            let mut lamp = Lamp { follows, ..lamp(0.0, 0.0, 5.0, 16.0, 1.0) };
+            lamp.put(seen, &camera);
+            assert!(lamp.seen_from(&camera).distance(seen) < 1e-7 && lamp.follows == follows, "{seen}: {:?}", lamp.seen_from(&camera));
+        }
+    }
+}
+
+#[test]
+fn what_is_known_of_scans_changes_no_picture_and_a_stopped_one_goes_on() {
+    // Fails if a cache gives what is of another isovalue or smoothing, or a round that was stopped loses or repeats a sample.
+    let (volumes, mut scene) = small_skull(Preset::Museum.studio());
+    let (size, mut cache) = ([40, 32], crate::studio::TracerCache::default());
+    for (iso, smooth_voxel) in [(226.0, 0.6), (226.0, 0.0), (400.0, 0.6), (226.0, 0.6)] {
+        scene.layers[0].iso = iso;
+        scene.studio = Some(Studio { smooth_voxel, ..Preset::Museum.studio() });
+        let alone = Tracer::new(&volumes, &scene, size, 4).unwrap();
+        let by_cache = Tracer::reusing(&mut cache, &volumes, &scene, size, 4).unwrap();
+        let (whole, _) = exposed(&alone, size, 24);
+        let mut parts = Exposed::new(size);
+        for n in 0..40 {
+            let progress = Progress::default();
+            rayon::scope(|scope| {
+                scope.spawn(|_| {
+                    std::thread::sleep(std::time::Duration::from_micros(37 * n));
+                    progress.cancel();
+                });
+                let _ = by_cache.expose(&mut parts, 24, None, &progress);
+            });
+        }
+        by_cache.expose(&mut parts, 24, None, &Progress::default()).unwrap();
+        assert!(parts == whole, "isovalue {iso}, smoothed by {smooth_voxel}");
+    }
 }

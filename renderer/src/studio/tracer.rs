@@ -13,7 +13,7 @@ use crate::lanes::{Doubles, Floats, LANES, Mask, axes};
 use crate::scene::Scene;
 use crate::skip::MapCache;
 use crate::{InstructionSet, RenderError};
-use bregma_field::{Volume, smoothed};
+use bregma_field::{Cancelled, Progress, Volume, smoothed};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch};
 use glam::{DVec3, Vec3, Vec4};
@@ -28,6 +28,45 @@ pub struct Tracer {
     toned: Toned,
     /// Linear; where the picture is clear what its noise is judged on.
     background: Vec3,
+}
+
+/// What pictures of the same scans share, which takes longer than their first samples: smoothed scans, and where their surfaces can be.
+#[derive(Debug)]
+pub struct TracerCache {
+    level: InstructionSet,
+    maps: MapCache,
+    /// A scan, the width of the Gaussian, and what came of it.
+    smoothed: Vec<(Arc<Volume>, f64, Arc<Volume>)>,
+}
+
+impl Default for TracerCache {
+    fn default() -> Self {
+        Self::with_instructions(InstructionSet::new())
+    }
+}
+
+impl TracerCache {
+    /// With nothing known yet, for tracers by a set of vector instructions.
+    pub fn with_instructions(level: InstructionSet) -> Self {
+        Self { level, maps: MapCache::new(level), smoothed: vec![] }
+    }
+
+    /// The volumes as a studio shows them. Forgets what is not of these.
+    fn shown(&mut self, volumes: &[Arc<Volume>], scene: &Scene, smooth_voxel: f64) -> Vec<Arc<Volume>> {
+        self.smoothed.retain(|(of, sigma, _)| *sigma == smooth_voxel && volumes.iter().any(|volume| Arc::ptr_eq(volume, of)));
+        let shown = volumes.iter().zip(&scene.layers).map(|(volume, layer)| {
+            if smooth_voxel <= 0.0 || !layer.visible {
+                return Arc::clone(volume);
+            }
+            if let Some((.., known)) = self.smoothed.iter().find(|(of, ..)| Arc::ptr_eq(of, volume)) {
+                return Arc::clone(known);
+            }
+            let made = Arc::new(smoothed(volume, smooth_voxel));
+            self.smoothed.push((Arc::clone(volume), smooth_voxel, Arc::clone(&made)));
+            made
+        });
+        shown.collect()
+    }
 }
 
 /// Samples that a pixel has at least before its block may rest: fewer do not tell their noise.
@@ -48,6 +87,17 @@ impl Tracer {
         size: [u32; 2],
         seed: u32,
     ) -> Result<Self, RenderError> {
+        Self::reusing(&mut TracerCache::with_instructions(level), volumes, scene, size, seed)
+    }
+
+    /// The same by what is known of the scans from other pictures.
+    pub fn reusing(
+        cache: &mut TracerCache,
+        volumes: &[Arc<Volume>],
+        scene: &Scene,
+        size: [u32; 2],
+        seed: u32,
+    ) -> Result<Self, RenderError> {
         let [width, height] = size;
         if width == 0 || height == 0 {
             return Err(RenderError::NoPixels { width, height });
@@ -55,16 +105,13 @@ impl Tracer {
         scene.check()?;
         let studio = scene.studio.clone().ok_or(StudioError::Absent)?;
         studio.check()?;
-        let smooth = |(volume, layer): (&Arc<Volume>, &crate::scene::Layer)| match studio.smooth_voxel {
-            sigma if sigma > 0.0 && layer.visible => Arc::new(smoothed(volume, sigma)),
-            _ => Arc::clone(volume),
-        };
-        let volumes: Vec<Arc<Volume>> = volumes.iter().zip(&scene.layers).map(smooth).collect();
-        let bone = Bone::of(&mut MapCache::new(level), &volumes, scene)?;
-        let stage = Self::stage(level, bone, scene, &studio, size, seed);
+        let volumes = cache.shown(volumes, scene, studio.smooth_voxel);
+        cache.maps.keep_only(&scene.surfaces(&volumes)?, &[]);
+        let bone = Bone::of(&mut cache.maps, &volumes, scene)?;
+        let stage = Self::stage(cache.level, bone, scene, &studio, size, seed);
         let toned = Toned { tone: studio.tone, exposure: studio.exposure_ev.exp2() };
         let background = scene.background.map_or(Vec3::ONE, |color| color.linear());
-        Ok(Self { level, stage, toned, background })
+        Ok(Self { level: cache.level, stage, toned, background })
     }
 
     fn stage(level: InstructionSet, bone: Bone, scene: &Scene, studio: &Studio, [width, height]: [u32; 2], seed: u32) -> Stage {
@@ -88,7 +135,8 @@ impl Tracer {
     }
 
     /// Adds samples up to number `until` to each pixel; with a `noise` (255ths) only to those of blocks that have more of it.
-    pub fn expose(&self, exposed: &mut Exposed, until: u32, noise: Option<f32>) {
+    /// Stopped by request, blocks have what they had got: the same call goes on from there.
+    pub fn expose(&self, exposed: &mut Exposed, until: u32, noise: Option<f32>, progress: &Progress) -> Result<(), Cancelled> {
         let size = exposed.size();
         let corners: Vec<[u32; 2]> = (0..exposed.blocks.len()).map(|n| exposed.corner(n)).collect();
         let blocks = exposed.blocks.par_iter_mut().zip(&mut exposed.noise).zip(&corners);
@@ -98,7 +146,7 @@ impl Tracer {
                 if noise.is_some_and(|noise| *told <= noise && block.samples >= LEAST_SAMPLES) || block.samples >= until {
                     return;
                 }
-                while block.samples < until {
+                while block.samples < until && progress.advance(0).is_ok() {
                     let count = (until - block.samples).min(AT_ONCE);
                     dispatch!(self.level, simd => self.stage.draw(simd, room, *corner, block.samples, count));
                     add(block, room, count);
@@ -106,6 +154,7 @@ impl Tracer {
                 *told = Exposed::noise_of(size, *corner, block, &self.toned, self.background);
             },
         );
+        progress.advance(0)
     }
 
     /// The picture so far as linear light, premultiplied, with its opacity; rows from the top.

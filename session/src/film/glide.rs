@@ -14,8 +14,10 @@ pub fn camera(keys: &[(f64, Camera)], t: f64) -> Option<Camera> {
     if t >= last.0 {
         return Some(last.1);
     }
-    let number =
-        |of: &dyn Fn(&Camera) -> f64| track::at(&keys.iter().map(|(at, camera)| (*at, of(camera))).collect::<Vec<_>>(), t).unwrap_or(0.0);
+    let along = |keys: &[(f64, Camera)], of: &dyn Fn(&Camera) -> f64| {
+        track::at(&keys.iter().map(|(at, camera)| (*at, of(camera))).collect::<Vec<_>>(), t).unwrap_or(0.0)
+    };
+    let number = |of: &dyn Fn(&Camera) -> f64| along(keys, of);
     let target_mm = DVec3::new(number(&|c| c.target_mm.x), number(&|c| c.target_mm.y), number(&|c| c.target_mm.z));
     // Looking from where it looks at has no distance: a nanometre is as near.
     let distance_mm = number(&|c| (c.eye_mm - c.target_mm).length().max(1e-6).ln()).exp();
@@ -25,13 +27,14 @@ pub fn camera(keys: &[(f64, Camera)], t: f64) -> Option<Camera> {
         Projection::Perspective { fov_deg } => fov_deg,
         Projection::Orthographic { height_mm } => height_mm.ln(),
     };
-    let is_alike =
-        keys.windows(2).all(|pair| std::mem::discriminant(&pair[0].1.projection) == std::mem::discriminant(&pair[1].1.projection));
-    // From one kind of projection to the other there is no way between.
+    // From one kind of projection to the other there is no way between: each goes by its own neighbours.
+    let is_alike = |key: &&(f64, Camera)| std::mem::discriminant(&key.1.projection) == std::mem::discriminant(&keys[n].1.projection);
+    let before = keys[..n].iter().rev().take_while(is_alike).count();
+    let after = keys[n + 1..].iter().take_while(is_alike).count();
+    let alike = &keys[n - before..=n + after];
     let projection = match keys[n].1.projection {
-        kept if !is_alike => kept,
-        Projection::Perspective { .. } => Projection::Perspective { fov_deg: number(&|c| size(c.projection)) },
-        Projection::Orthographic { .. } => Projection::Orthographic { height_mm: number(&|c| size(c.projection)).exp() },
+        Projection::Perspective { .. } => Projection::Perspective { fov_deg: along(alike, &|c| size(c.projection)) },
+        Projection::Orthographic { .. } => Projection::Orthographic { height_mm: along(alike, &|c| size(c.projection)).exp() },
     };
     Some(Camera { eye_mm: target_mm + distance_mm * (turn * DVec3::Z), target_mm, up: turn * DVec3::Y, projection })
 }
@@ -99,5 +102,19 @@ mod tests {
             );
             last = now;
         }
+    }
+
+    #[test]
+    fn each_kind_of_projection_glides_by_its_own_keys() {
+        // Fails if one key along parallel rays stops the others' fields of view from changing, or its height is taken for an angle.
+        let bounds = Bounds { centre_mm: DVec3::ZERO, radius_mm: 100.0 };
+        let of = |projection| Camera { projection, ..Camera::orbit(&bounds, 0.0, 0.0) };
+        let [wide, narrow] = [40.0, 20.0].map(|fov_deg| of(Projection::Perspective { fov_deg }));
+        let flat = of(Projection::Orthographic { height_mm: 200.0 });
+        let keys = [(0.0, wide), (1.0, narrow), (2.0, flat), (3.0, flat)];
+        let at = |t: f64| camera(&keys, t).unwrap().projection;
+        assert_eq!((at(0.5), at(1.5)), (Projection::Perspective { fov_deg: 30.0 }, narrow.projection));
+        let Projection::Orthographic { height_mm } = at(2.5) else { panic!("{:?}", at(2.5)) };
+        assert!((height_mm - 200.0).abs() < 1e-9);
     }
 }

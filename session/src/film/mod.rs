@@ -6,7 +6,9 @@
 mod animation;
 mod coded;
 mod glide;
+mod keys;
 mod mp4;
+mod recording;
 pub mod reel;
 mod track;
 
@@ -17,55 +19,11 @@ use bregma_field::Cancelled;
 use bregma_renderer::{Camera, Shape};
 pub use coded::{QUALITY, frame_yuv};
 use glam::{DQuat, DVec3};
+pub use keys::{Film, Key};
+pub use recording::{EVERY_S, Recording};
 pub use reel::{Reel, write};
-use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use thiserror::Error;
-
-/// What changes from frame to frame.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Film {
-    /// How long it runs.
-    pub seconds: f64,
-    /// Frames in a second.
-    pub fps: f64,
-    /// Turns about the vertical of the view; none where absent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub turns: Option<f64>,
-    /// What is to be seen when, in order of time; what a key does not say goes on from the one before it to the next.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub keys: Vec<Key>,
-}
-
-/// What is to be seen at a time.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Key {
-    /// When.
-    pub at_s: f64,
-    /// From where.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub camera: Option<Camera>,
-    /// From where, as azimuth and elevation about the scans, degrees.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub orbit: Option<[f64; 2]>,
-    /// The isovalue of each scan.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub iso: Option<Vec<f64>>,
-    /// The opacity of each scan, 0 to 1.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub opacity: Option<Vec<f64>>,
-    /// Where each cut lies along its normal, mm, of planes; others keep their place, whatever stands here.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub cut_offsets_mm: Option<Vec<f64>>,
-    /// Toward the light, in the camera's right, up and backward directions.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub light: Option<DVec3>,
-    /// Where the line of a swipe stands, of the picture's width.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub swipe: Option<f64>,
-}
 
 /// Why there is no film.
 #[derive(Debug, Error)]
@@ -171,11 +129,20 @@ impl Film {
 
     /// What is open as frame number `n` shows it.
     pub fn opened_at(&self, opened: &Opened, n: u32) -> Opened {
-        let at_s = f64::from(n) / self.fps;
+        self.shown(opened, f64::from(n) / self.fps, f64::from(n))
+    }
+
+    /// What is open as the film shows it at a time, seconds.
+    pub fn at(&self, opened: &Opened, at_s: f64) -> Opened {
+        self.shown(opened, at_s, at_s * self.fps)
+    }
+
+    /// At a time, which is that of a frame or between two.
+    fn shown(&self, opened: &Opened, at_s: f64, frame: f64) -> Opened {
         let mut shown = opened.clone();
         self.scene_at(&mut shown, at_s);
         if let Some(turns) = self.turns {
-            let share = f64::from(n) / f64::from(self.frames().max(1));
+            let share = frame / f64::from(self.frames().max(1));
             shown.scene.camera = turned(&shown.scene.camera, share * turns * std::f64::consts::TAU);
         }
         shown
@@ -212,6 +179,25 @@ impl Film {
         }
         if let crate::Compare::Swipe { part } = &mut shown.compare {
             *part = track(&|key| key.swipe).map_or(*part, |v| v.clamp(0.0, 1.0));
+        }
+    }
+}
+
+impl Key {
+    /// All that a key can say of what is seen now.
+    pub fn of(opened: &Opened, at_s: f64) -> Self {
+        let scene = &opened.scene;
+        let offset = |shape: &Shape| if let Shape::Plane { offset_mm, .. } = shape { *offset_mm } else { 0.0 };
+        let cuts: Vec<f64> = scene.clips.iter().map(|clip| offset(&clip.shape)).collect();
+        Self {
+            at_s,
+            camera: Some(scene.camera),
+            orbit: None,
+            iso: Some(scene.layers.iter().map(|layer| layer.iso).collect()),
+            opacity: Some(scene.layers.iter().map(|layer| f64::from(layer.opacity)).collect()),
+            cut_offsets_mm: Some(cuts).filter(|cuts| !cuts.is_empty()),
+            light: Some(scene.light.toward.as_dvec3()),
+            swipe: if let crate::Compare::Swipe { part } = opened.compare { Some(part) } else { None },
         }
     }
 }

@@ -13,7 +13,7 @@ use bregma_field::Progress;
 use bregma_renderer::{Picture, Renderer, Still, point_in_pixel};
 use glam::Vec4;
 use std::path::Path;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// What is done while a picture under studio light is exposed.
 pub struct Watch<'a> {
@@ -83,17 +83,21 @@ fn exposed(
     let part = watch.out.map(|(out, _)| part_of(out, n));
     let keep_every = watch.out.map_or(Duration::MAX, |(_, every)| every);
     let order = Order { volumes: &opened.volumes, scene: &opened.scene, size, exposure, part: part.as_deref(), keep_every };
+    // Noise or a clock may end it, so that samples do not tell how far it is: its time does.
+    let (begun, mut reached) = (Instant::now(), 0);
     let told = |told: Told| {
         (watch.told)(&told);
-        progress.advance(0)
+        let spent = begun.elapsed().as_secs_f64();
+        let share = told.left.map_or(0.0, |left| spent / (spent + left.as_secs_f64()));
+        let more = ((share * f64::from(print.samples)) as u64).saturating_sub(reached);
+        reached += more;
+        // Whoever cancels it cancels the next round, too.
+        let _ = progress.advance(more);
     };
-    let drawn = studio::draw(&order, told)?;
+    let drawn = studio::draw(&order, progress, told)?;
     (watch.drawn)(&drawn);
-    // Of what a clock or noise may have ended early.
-    progress.advance(u64::from(print.samples))?;
-    let ground = opened.scene.background.map_or(Vec4::ZERO, |color| color.linear().extend(1.0));
-    let light = drawn.light.iter().map(|over| *over + (1.0 - over.w) * ground).collect();
-    Ok((light, drawn.middles))
+    progress.advance(u64::from(print.samples).saturating_sub(reached))?;
+    Ok((studio::on_ground(drawn.light, opened.scene.background), drawn.middles))
 }
 
 /// A picture through many points of each pixel.

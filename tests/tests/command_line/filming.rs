@@ -61,3 +61,23 @@ fn films_that_cannot_be_are_one_clear_line() {
     let told = stdout(&ok(&d, "film ball.nrrd --iso 0 --keys keys.json --fps 10 --size 64x48 --out a.gif"));
     assert!(told.contains("2 frames") && !d.join("a.gif.frames").exists(), "{told}");
 }
+
+#[test]
+fn the_film_of_a_session_is_made_unless_another_is_asked_for() {
+    // Fails if a session's film cannot be made without the window, or stands in the way of another one.
+    let d = folder("session-film");
+    ok(&d, "demo --size 16 --out .");
+    let source = bregma_session::Source { file: d.join("a.nrrd"), ..Default::default() };
+    let mut opened = bregma_session::Opened::read(&[source], &Default::default()).unwrap();
+    let keys = [0.0, 0.5].map(|at_s| bregma_session::film::Key { at_s, orbit: Some([90.0 * at_s, 0.0]), ..Default::default() });
+    opened.film = Some(bregma_session::film::Film { seconds: 0.5, fps: 8.0, turns: None, keys: keys.into() }.into());
+    bregma_session::Session::of(&opened, &d).write(&d.join("session.json")).unwrap();
+    let made = |asked: &str| {
+        ok(&d, &format!("film session.json --backend cpu --size 32x32 {asked} --out frames"));
+        let count =
+            std::fs::read_dir(d.join("frames")).unwrap().filter(|file| file.as_ref().unwrap().path().extension().unwrap() == "png").count();
+        std::fs::remove_dir_all(d.join("frames")).unwrap();
+        count
+    };
+    assert_eq!((made(""), made("--fps 16"), made("--turntable 1 --fps 6")), (4, 8, 6));
+}

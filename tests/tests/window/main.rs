@@ -17,6 +17,7 @@ mod hand;
 mod keeping;
 mod kept_poses;
 mod layout;
+mod lighting;
 mod looking;
 mod looks;
 mod measuring;

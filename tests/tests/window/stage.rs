@@ -99,6 +99,57 @@ fn a_kiosk_left_alone_turns_by_itself_until_it_is_touched_and_leaves_no_step() {
 }
 
 #[test]
+fn a_kiosk_of_a_session_with_a_film_plays_it_until_it_is_touched() {
+    // Fails if a kiosk turns instead of playing its session's film, does not begin it anew, goes on under a hand, or makes a step of it.
+    let folder = std::env::temp_dir().join(format!("bregma-kiosk-film-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let source = bregma_session::Source { file: ball("kiosk", 40), ..Default::default() };
+    let mut opened = bregma_session::Opened::read(&[source], &Default::default()).unwrap();
+    let key =
+        |at_s, azimuth, iso| bregma_session::film::Key { at_s, orbit: Some([azimuth, 0.0]), iso: Some(vec![iso]), ..Default::default() };
+    let keys = vec![key(0.0, 0.0, 30.0), key(2.0, 90.0, 40.0), key(4.0, 90.0, 50.0)];
+    opened.film = Some(bregma_session::film::Film { seconds: 4.0, fps: 10.0, turns: None, keys }.into());
+    bregma_session::Session::of(&opened, &folder).write(&folder.join("scenes.json")).unwrap();
+    let start = Start::Files(vec![bregma_session::Source { file: folder.join("scenes.json"), ..Default::default() }]);
+    let builder = Harness::builder().with_size([1280.0, 800.0]).with_step_dt(FRAME_S).wgpu();
+    let mut window: Window = builder.build_eframe(|cc| {
+        let mut window = Workstation::new(cc, start, None);
+        window.begin_kiosk(&cc.egui_ctx, Some(5.0));
+        window
+    });
+    wait(&mut window, "the session", |w| !w.is_loading());
+    let first = camera(&window);
+    let shown = |window: &Window| window.state().shown().unwrap().clone();
+    let begun = Instant::now();
+    while shown(&window).layers[0].iso == 0.0 || shown(&window).camera == first {
+        window.step();
+        assert!(begun.elapsed() < Duration::from_secs(60), "the film does not begin");
+    }
+    let mut isovalues = vec![];
+    for _ in 0..36 {
+        isovalues.push(shown(&window).layers[0].iso);
+        window.step();
+    }
+    let most = isovalues.iter().position(|iso| *iso > 48.0).expect("it comes to its end");
+    assert!(isovalues[most..].iter().any(|iso| *iso < 35.0), "and begins anew: {isovalues:?}");
+    assert_eq!((camera(&window), window.state().scene().layers[0].iso), (first, opened.scene.layers[0].iso), "the work stays as it is");
+    let at = window.state().picture_rect().unwrap().center();
+    window.event(Event::PointerMoved(at));
+    window.run_steps(1);
+    let touched = shown(&window);
+    assert_eq!(touched.layers[0].iso, opened.scene.layers[0].iso);
+    seconds(&mut window, 4.0);
+    assert_eq!(shown(&window).camera, touched.camera, "a hand has it");
+    seconds(&mut window, 3.0);
+    assert_ne!(shown(&window).layers[0].iso, touched.layers[0].iso, "left alone again");
+    window.key_press(Key::Escape);
+    window.run_steps(2);
+    window.get_by_label("View");
+    assert!(window.state().film().is_some() && !window.state().film().unwrap().keys.is_empty());
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
 fn the_frame_rate_is_measured_beside_the_window_told_and_copied() {
     // Fails if the window waits for it, it cannot be cancelled, or a number or the machine is missing from what is copied.
     let mut window = demo();

@@ -29,13 +29,9 @@ pub fn film(args: &FilmArgs, machine: Machine) -> Result<(), CommandError> {
     {
         return Err(one());
     }
-    let keys = args.keys.as_deref().map(read).transpose()?.unwrap_or_default();
-    let last_s = keys.last().map(|key| key.at_s);
-    let seconds = args.turntable.or(args.seconds).or(last_s);
-    let seconds = seconds.ok_or_else(|| CommandError::Usage("how long does it run? Give --turntable SECONDS, or --keys FILE".into()))?;
-    let film = Film { seconds, fps: args.fps, turns: args.turntable.map(|_| args.turns), keys };
     let mut sheet_of = sheet.print.sheet(sheet.size.or(Some((1280, 720))), sheet.samples);
     let mut panels = plate::panels(sheet, &mut sheet_of)?;
+    let film = asked(args, panels.first().and_then(|panel| panel.opened.film.as_deref()))?;
     warn(&prepare(&mut panels, &mut sheet_of)?);
     if sheet.studio.minutes.is_some() {
         return Err(CommandError::Usage(
@@ -50,6 +46,20 @@ pub fn film(args: &FilmArgs, machine: Machine) -> Result<(), CommandError> {
     let reel = Reel::begin(&sheet.out, &film, panel, &sheet_of, &drawn_by)?;
     with_progress("filming", |progress| write(&reel, panel, args.quantiser, renderer.as_mut(), progress))?;
     print(&format!("{}: {} frames, {} s\n", sheet.out.display(), film.frames(), film.seconds))
+}
+
+/// The film that is asked for: a turntable, a file's keys, or else that of the session.
+fn asked(args: &FilmArgs, of_session: Option<&Film>) -> Result<Film, CommandError> {
+    if args.turntable.is_none()
+        && args.keys.is_none()
+        && let Some(film) = of_session
+    {
+        return Ok(Film { seconds: args.seconds.unwrap_or(film.seconds), fps: args.fps.unwrap_or(film.fps), ..film.clone() });
+    }
+    let keys = args.keys.as_deref().map(read).transpose()?.unwrap_or_default();
+    let seconds = args.turntable.or(args.seconds).or(keys.last().map(|key| key.at_s));
+    let seconds = seconds.ok_or_else(|| CommandError::Usage("how long does it run? Give --turntable SECONDS, or --keys FILE".into()))?;
+    Ok(Film { seconds, fps: args.fps.unwrap_or(Film::default().fps), turns: args.turntable.map(|_| args.turns), keys })
 }
 
 fn read(file: &Path) -> Result<Vec<Key>, CommandError> {

@@ -1,6 +1,7 @@
 //! The panels. A new one is a file beside this one, a row of [`PANELS`], and a field of [`Panels`] if it keeps something between frames.
 
 mod along;
+mod ball;
 mod chart;
 mod cuts;
 mod differences;
@@ -22,12 +23,14 @@ mod rays;
 mod regions;
 mod register;
 mod registered;
+mod saving;
 mod scan;
 mod scans;
 mod section;
 mod shells;
 mod slices;
 mod stretches;
+mod studio;
 mod thickness;
 mod transfer_editor;
 mod two_poses;

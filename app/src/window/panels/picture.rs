@@ -2,18 +2,20 @@
 
 use super::super::ask::{Ask, Kind};
 use super::super::bench::Bench;
-use super::super::job::Job;
+use super::super::widgets;
 use super::super::words::in_the_window;
 use super::Painting;
+use super::saving::Saving;
+use super::studio;
 use bregma_field::Progress;
+use bregma_renderer::studio::can_light;
 use bregma_renderer::{Color, Projection, Scene};
 use bregma_session::print::record::Record;
 use bregma_session::print::{AUTO, Bar, ENDING_LIST, Encoding, Form, Panel, Print, draw, prepare, ratio, scale_of, write};
+use bregma_session::studio::{Exposure, Stop, Told};
 use bregma_session::{Compare, Machine};
-use egui::{Button, Context, DragValue, Grid, TextEdit, Ui, Window};
-use std::cell::RefCell;
-use std::path::{Path, PathBuf};
-use std::rc::Rc;
+use egui::{Context, DragValue, Grid, TextEdit, Ui, Window};
+use std::path::Path;
 
 /// What is behind the bone.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,6 +40,8 @@ struct Wishes {
     caption: bool,
     label: String,
     is_deep: bool,
+    /// Under studio light no block of pixels has more noise, 255ths.
+    noise: f64,
 }
 
 impl Default for Wishes {
@@ -45,7 +49,20 @@ impl Default for Wishes {
         // A column of most journals.
         let (size_mm, dpi) = ([85.0, 100.0], 300.0);
         let (on_paper, bar, letters, marks, legend, caption) = (true, true, true, true, None, false);
-        Self { on_paper, size_mm, dpi, ground: Ground::White, bar, letters, marks, legend, caption, label: String::new(), is_deep: false }
+        Self {
+            on_paper,
+            size_mm,
+            dpi,
+            ground: Ground::White,
+            bar,
+            letters,
+            marks,
+            legend,
+            caption,
+            label: String::new(),
+            is_deep: false,
+            noise: 1.0,
+        }
     }
 }
 
@@ -54,9 +71,7 @@ impl Default for Wishes {
 pub struct PicturePanel {
     is_open: bool,
     wishes: Wishes,
-    /// Where to, once the person has said so.
-    chosen: Rc<RefCell<Option<PathBuf>>>,
-    job: Option<Job<PathBuf>>,
+    saving: Saving,
 }
 
 impl PicturePanel {
@@ -67,63 +82,52 @@ impl PicturePanel {
 
     /// Takes what the thread brought; `Err` is a sentence for the person.
     pub fn poll(&mut self, bench: &mut Bench) -> Result<(), String> {
-        let Some(result) = self.job.as_ref().and_then(Job::poll) else { return Ok(()) };
-        self.job = None;
-        let file = result.map_err(|e| in_the_window(&e))?;
-        bench.messages.note(format!("Saved {}", file.display()));
-        Ok(())
+        self.saving.poll(bench)
     }
 
     /// Shows it while it is open; `painting` is what the surface wears.
     pub fn show(&mut self, ctx: &Context, bench: &mut Bench, painting: Option<Painting>) {
-        let to = self.chosen.borrow_mut().take();
-        if let Some(to) = to {
-            let (panel, print) = self.ordered(bench, painting.clone());
-            self.job = Some(start(ctx, panel, print, self.encoding(), to));
+        if let Some(to) = self.saving.chosen() {
+            let ((panel, print), encoding) = (self.ordered(bench, painting.clone()), self.encoding());
+            self.saving.start(ctx, "Drawing the picture", to, move |file, progress| saved(panel, print, &encoding, file, progress));
         }
         if !self.is_open || bench.is_empty() {
             return;
         }
         let mut open = true;
-        Window::new("Picture")
+        widgets::beside_view(ctx, Window::new("Picture"))
             .open(&mut open)
-            .default_pos([400.0, 90.0])
             .resizable(false)
             .show(ctx, |ui| self.contents(ui, bench, painting));
         self.is_open = open;
     }
 
     fn contents(&mut self, ui: &mut Ui, bench: &mut Bench, painting: Option<Painting>) {
+        // Maps have no studio light.
+        if painting.is_none() {
+            studio::show(ui, &mut bench.work.opened);
+            ui.separator();
+        }
         let tells = tells(&bench.work.opened.scene, painting.as_ref());
-        Grid::new("picture").num_columns(2).spacing([16.0, 8.0]).show(ui, |ui| self.rows(ui, tells));
+        let is_lit = painting.is_none() && bench.work.opened.scene.studio.is_some();
+        Grid::new("picture").num_columns(2).spacing([16.0, 8.0]).show(ui, |ui| self.rows(ui, tells, is_lit));
         ui.separator();
         let (panel, mut print) = self.ordered(bench, painting);
-        let told = told(&panel, &print, self.encoding());
+        let exposed = bench.view.painted.as_ref().and_then(|painted| painted.exposed).map(|(told, _)| told);
+        ui.weak(told(&panel, &print, self.encoding(), exposed));
         // Only what can be drawn is asked a name for.
-        let flaw = prepare(&mut [panel], &mut print).err();
-        ui.weak(told);
+        let flaw = flaw(panel, &mut print);
         if let Some(flaw) = &flaw {
-            ui.colored_label(ui.visuals().warn_fg_color, in_the_window(&flaw.to_string()));
+            ui.colored_label(ui.visuals().warn_fg_color, in_the_window(flaw));
         }
-        match &self.job {
-            Some(job) if job.ui(ui) => self.job = None,
-            Some(_) => {}
-            None => {
-                let can = flaw.is_none() && bench.can_ask();
-                if ui.add_enabled(can, Button::new("Save…")).on_hover_text("The ending of the name decides the form").clicked() {
-                    let chosen = Rc::clone(&self.chosen);
-                    let ask = Ask { title: "Save the picture", kind: Kind::Save, forms: FORMS, name: "picture.png" };
-                    bench.ask(ui.ctx(), ask, move |bench, _, files| match files.first().map(|file| (file, Form::of(file))) {
-                        Some((file, Ok(_))) => *chosen.borrow_mut() = Some(file.clone()),
-                        Some((_, Err(error))) => bench.messages.error(error.to_string()),
-                        None => {}
-                    });
-                }
-            }
+        if !self.saving.is_at_work(ui) {
+            let ask = Ask { title: "Save the picture", kind: Kind::Save, forms: FORMS, name: "picture.png" };
+            let check = |file: &Path| Form::of(file).map(|_| ()).map_err(|e| e.to_string());
+            self.saving.button(ui, bench, flaw.is_none(), ("Save…", "The ending of the name decides the form"), ask, check);
         }
     }
 
-    fn rows(&mut self, ui: &mut Ui, tells: bool) {
+    fn rows(&mut self, ui: &mut Ui, tells: bool, is_lit: bool) {
         let wishes = &mut self.wishes;
         ui.label("Size");
         ui.horizontal(|ui| {
@@ -169,7 +173,15 @@ impl PicturePanel {
         ui.add(TextEdit::singleline(&mut wishes.label).desired_width(60.0)).accessible_name("Figure's letter");
         ui.end_row();
         ui.label("Depth");
-        ui.checkbox(&mut wishes.is_deep, "16 bits").on_hover_text("Of PNG and TIFF");
+        ui.horizontal(|ui| {
+            ui.checkbox(&mut wishes.is_deep, "16 bits").on_hover_text("Of PNG and TIFF");
+            if is_lit {
+                ui.add_space(12.0);
+                ui.add(DragValue::new(&mut wishes.noise).range(0.3..=16.0).speed(0.02).max_decimals(1).prefix("noise ").suffix(" of 255"))
+                    .on_hover_text("Studio light is drawn until no 8 × 8 pixels have more: below 1 it is not seen")
+                    .accessible_name("Noise that is left");
+            }
+        });
         ui.end_row();
     }
 
@@ -194,7 +206,9 @@ impl PicturePanel {
         };
         let on_screen = bench.view.painted.as_ref().map_or([800, 600], |p| [p.picture.width, p.picture.height].map(|n| n * p.reduction));
         let at_target = matches!(opened.scene.viewed_from().projection, Projection::Perspective { .. });
+        let stop = Stop { noise: Some(wishes.noise), ..Stop::default() };
         let print = Print {
+            exposure: opened.scene.studio.is_some().then_some(Exposure { stop, ..Exposure::default() }),
             size_px: if wishes.on_paper { Print::pixels(wishes.size_mm, wishes.dpi) } else { on_screen },
             dpi: wishes.on_paper.then_some(wishes.dpi),
             samples: bregma_session::print::PRINT_SAMPLES,
@@ -217,24 +231,34 @@ fn tells(scene: &Scene, painting: Option<&Painting>) -> bool {
     painting.is_some() || scene.tells_depths()
 }
 
-/// Pixels, bytes and scale, before anything is drawn.
-fn told(panel: &Panel, print: &Print, encoding: Encoding) -> String {
+/// Why the sheet cannot be drawn.
+fn flaw(panel: Panel, print: &mut Print) -> Option<String> {
+    let scene = &panel.opened.scene;
+    let unlit = scene.studio.as_ref().and_then(|_| can_light(scene).err()).map(|e| e.to_string());
+    unlit.or_else(|| prepare(&mut [panel], print).err().map(|e| e.to_string()))
+}
+
+/// Pixels, bytes and scale, before anything is drawn; and how long studio light takes, by what the view says of it.
+fn told(panel: &Panel, print: &Print, encoding: Encoding, exposed: Option<Told>) -> String {
     let [width, height] = print.size_px;
     let channels = if panel.opened.scene.background.is_none() { 4 } else { 3 };
-    let bytes = f64::from(width) * f64::from(height) * f64::from(channels) * if encoding.is_deep { 2.0 } else { 1.0 };
+    let pixels = f64::from(width) * f64::from(height);
+    let bytes = pixels * f64::from(channels) * if encoding.is_deep { 2.0 } else { 1.0 };
     let scale = match scale_of(panel, print) {
         Some(scale) if print.dpi.is_some() => format!("scale {}", ratio(scale)),
         Some(_) => "parallel rays".into(),
         None => "in perspective: no one scale (5: orthographic)".into(),
     };
-    format!("{width} × {height} pixels, {:.1} MB before they are compressed, {scale}", bytes / 1e6)
+    let noise = print.exposure.and_then(|exposure| exposure.stop.noise);
+    // Noise falls with the root of the samples; a single sample does not tell it.
+    let time = noise.zip(exposed.filter(|told| told.noise.is_finite())).map_or(String::new(), |(noise, told)| {
+        let seconds = pixels * f64::from(told.samples) * (told.noise / noise).powi(2) * told.sample_s;
+        format!(", drawn in about {:.0} s", seconds.max(1.0))
+    });
+    format!("{width} × {height} pixels, {:.1} MB before they are compressed, {scale}{time}", bytes / 1e6)
 }
 
-/// Draws and writes it on a thread of its own.
-fn start(ctx: &Context, panel: Panel, print: Print, encoding: Encoding, file: PathBuf) -> Job<PathBuf> {
-    Job::start(ctx, "Drawing the picture".into(), move |progress| saved(panel, print, &encoding, &file, progress).map(|()| file))
-}
-
+/// Draws and writes it.
 fn saved(panel: Panel, mut print: Print, encoding: &Encoding, file: &Path, progress: &Progress) -> Result<(), String> {
     let form = Form::of(file).map_err(|e| e.to_string())?;
     form.check(file, encoding, panel.opened.scene.background.is_none()).map_err(|e| e.to_string())?;

@@ -4,6 +4,7 @@ use bregma_field::Volume;
 use bregma_renderer::{Backend, Picture, Scene};
 use bregma_session::Compare;
 use bregma_session::coat::Coat;
+use bregma_session::studio::Told;
 use egui::{Color32, ColorImage};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
@@ -39,6 +40,8 @@ pub struct Painted {
     pub reduction: u32,
     /// Points of each pixel that it is the mean of.
     pub samples: u32,
+    /// How far it is under studio light, once that is seen, and whether its noise was taken away by a filter.
+    pub exposed: Option<(Told, bool)>,
     /// From the wish to the pixels, of one point each.
     pub millis: f64,
     /// What drew it.

@@ -1,6 +1,7 @@
 //! Drawing on a thread of its own: quickly what moves, exactly what rests, and then through ever more points of each pixel.
 
 use super::desk::{Painted, Shared, Wish, image};
+use super::exposer::is_lit;
 use bregma_renderer::{Backend, CpuRenderer, GpuError, Picture, RenderError, Renderer, Scene, Solver, Still, point_in_pixel};
 use bregma_session::coat::on_slice;
 use egui::Context;
@@ -119,7 +120,8 @@ impl Worker {
         let reduction = if exact { 1 } else { self.reduction };
         let begun = Instant::now();
         let parts = self.parts(shared, wish, reduction, 0)?;
-        let goes_on = exact && wish.samples > 1 && !wish.scene.is_slice();
+        // What comes into studio light grows smooth there.
+        let goes_on = exact && wish.samples > 1 && !wish.scene.is_slice() && !is_lit(wish);
         let stills = if goes_on { parts.iter().cloned().map(Still::of).collect() } else { vec![] };
         let mut painted = self.painted(wish, parts, reduction, 1)?;
         painted.millis = begun.elapsed().as_secs_f64() * 1e3;
@@ -162,7 +164,7 @@ impl Worker {
         let none = RenderError::NoPixels { width: 0, height: 0 };
         let picture = if parts.len() == 1 { parts.pop() } else { compare.join(&parts, 0.0) }.ok_or(none)?;
         let (joined, backend, adapter) = ((compare, 0), self.renderer.backend(), self.renderer.name());
-        Ok(Painted { image: image(&picture), parts, picture, joined, reduction, samples, millis: 0.0, backend, adapter })
+        Ok(Painted { image: image(&picture), parts, picture, joined, reduction, samples, exposed: None, millis: 0.0, backend, adapter })
     }
 
     fn draw(&mut self, shared: &Shared, wish: &Wish, scene: &Scene, size: [u32; 2], sample: u32) -> Result<Picture, RenderError> {

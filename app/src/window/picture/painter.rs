@@ -2,6 +2,7 @@
 
 use super::desk::{Painted, Shared, Wish};
 use super::drawing::{Open, Worker};
+use super::exposer::{Exposer, Round, is_lit};
 use bregma_field::Volume;
 use bregma_renderer::{CpuRenderer, Scene};
 use bregma_session::coat::Coat;
@@ -20,7 +21,14 @@ pub struct Painter {
     answered: u64,
     /// The last wish was for all pixels or got them.
     exact: bool,
+    /// Draws what rests under studio light.
+    exposer: Exposer,
+    /// When the wish last changed, in the window's seconds; not yet known where absent.
+    changed_at: Option<f64>,
 }
+
+/// What has not changed for so long comes into studio light, seconds: a hand that moves in steps does not have it begin in vain.
+const LIT_AFTER_S: f64 = 0.3;
 
 impl Painter {
     /// Starts the thread, with the best machine there is.
@@ -38,7 +46,8 @@ impl Painter {
         let shared = Arc::new(Shared::default());
         let (theirs, ctx) = (Arc::clone(&shared), ctx.clone());
         std::thread::spawn(move || Worker::new(&theirs, open, reduction).run(&theirs, &ctx));
-        Self { samples_at_rest: 1, shared, wish: None, number: 0, answered: 0, exact: false }
+        let exposer = Exposer::default();
+        Self { samples_at_rest: 1, shared, wish: None, number: 0, answered: 0, exact: false, exposer, changed_at: None }
     }
 
     /// Says what should be seen: the scene, its pixels, how its scans are compared, and what it is painted with. Asks for a quick picture when
@@ -69,6 +78,10 @@ impl Painter {
             Some(wish) if same => wish,
             _ => Wish { volumes: volumes.to_vec(), scene: scene.clone(), size, sizes, compare, pair, coat, samples: self.samples_at_rest },
         };
+        if !same {
+            self.exposer.stop();
+            self.changed_at = None;
+        }
         if !same || (resting && !self.exact && self.answered == self.number) {
             self.number += 1;
             self.exact = same;
@@ -76,6 +89,44 @@ impl Painter {
             self.shared.news.notify_one();
         }
         self.wish = Some(wish);
+    }
+
+    /// Lets a studio light what was asked for last, once it rests and has all its pixels.
+    pub fn expose(&mut self, ctx: &Context, resting: bool) {
+        let Some(wish) = self.wish.as_ref().filter(|wish| is_lit(wish)) else {
+            self.exposer.forget();
+            return;
+        };
+        let changed_at = *self.changed_at.get_or_insert(ctx.time());
+        if self.exposer.has_begun() || !resting || !self.is_settled() {
+            return;
+        }
+        let left = changed_at + LIT_AFTER_S - ctx.time();
+        if left > 0.0 {
+            ctx.request_repaint_after_secs(left as f32);
+        } else {
+            self.exposer.begin(ctx, wish);
+        }
+    }
+
+    /// What was asked for last is lit by a studio, as far as the view shows that.
+    pub fn is_lit(&self) -> bool {
+        self.wish.as_ref().is_some_and(is_lit)
+    }
+
+    /// Studio light has come to its end: the picture is good enough, or was not to be had.
+    pub fn is_exposed(&self) -> bool {
+        self.exposer.has_ended()
+    }
+
+    /// The newest picture under studio light, if there is one since the last call, or one sentence about why there is none.
+    pub fn poll_light(&mut self) -> Option<Result<Round, String>> {
+        self.exposer.poll()
+    }
+
+    /// What is asked for.
+    pub fn wished(&self) -> Option<&Scene> {
+        self.wish.as_ref().map(|wish| &wish.scene)
     }
 
     /// The newest picture, if there is one since the last call, or one sentence about why there is none.

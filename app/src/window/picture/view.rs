@@ -5,7 +5,8 @@ use super::by_hand::{ByHand, Drag};
 use super::cast::{Found, cast, out_of_bone};
 use super::compare_bar::{self, ask_at_turn, panes};
 use super::cut_handles::{self, Held};
-use super::desk::Painted;
+use super::desk::{Painted, image};
+use super::exposer::Round;
 use super::frames;
 use super::legend;
 use super::marks::{self, Screen};
@@ -101,6 +102,15 @@ impl View {
         let image = std::mem::take(&mut painted.image);
         self.put(ctx, image, painted.reduction);
         self.painted.replace(painted)
+    }
+
+    /// Takes the picture on the screen into studio light; what lies under its pixels stays.
+    pub fn light(&mut self, ctx: &egui::Context, round: Round) {
+        let is_its = |painted: &&mut Painted| painted.reduction == 1 && painted.picture.rgba.len() == round.rgba.len();
+        let Some(painted) = self.painted.as_mut().filter(is_its) else { return };
+        (painted.picture.rgba, painted.exposed) = (round.rgba, Some((round.told, round.is_filtered)));
+        let image = image(&painted.picture);
+        self.put(ctx, image, 1);
     }
 
     fn put(&mut self, ctx: &egui::Context, image: ColorImage, reduction: u32) {
