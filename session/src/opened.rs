@@ -89,7 +89,7 @@ pub enum InputError {
     NoScan(PathBuf),
     /// A part of a scan.
     #[error(transparent)]
-    Part(#[from] PartOfError),
+    Part(#[from] Box<PartOfError>),
     /// Stopped by request.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
@@ -194,7 +194,7 @@ impl Opened {
                     layer.within = Some(within);
                     self.notes.extend(notes.into_iter().map(|note| format!("{}: {note}", part.file.display())));
                 }
-                Err(error) => found = Err(error.into()),
+                Err(error) => found = Err(Box::new(error).into()),
             }
         }
         self.scene.layers.iter_mut().filter(|layer| layer.solid().is_none()).for_each(|layer| layer.within = None);
