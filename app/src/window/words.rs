@@ -82,7 +82,7 @@ mod tests {
     fn no_sentence_speaks_of_the_command_line() {
         // Fails when a library advises an option that the window has no words for.
         let mut seen = 0;
-        for library in ["volume", "field", "renderer", "measure", "register", "session"] {
+        for library in ["volume", "field", "parts", "renderer", "measure", "register", "session"] {
             check(&Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(library).join("src"), &mut seen);
         }
         assert!(seen >= 15, "{seen} sentences");
