@@ -106,7 +106,7 @@ impl History {
 /// All that has samples.
 fn samples(work: &Work) -> impl Iterator<Item = &Volume> {
     let labels = work.opened.sources.iter().filter_map(|source| source.labels.as_ref());
-    work.opened.volumes.iter().map(AsRef::as_ref).chain(labels.map(Labelled::volume))
+    work.opened.volumes.iter().map(|volume| &**volume).chain(labels.map(Labelled::volume))
 }
 
 #[cfg(test)]

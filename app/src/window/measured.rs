@@ -57,9 +57,8 @@ impl Work {
     pub fn same_work(&self, other: &Self) -> bool {
         let (a, b) = (&self.opened, &other.opened);
         let same_scene = || Scene { camera: a.scene.camera, ..b.scene.clone() } == a.scene;
-        let labels = |opened: &Opened| opened.sources.iter().map(|source| source.labels.clone()).collect::<Vec<_>>();
         same_scans(&a.volumes, &b.volumes)
-            && labels(a) == labels(b)
+            && a.sources.iter().map(|source| &source.labels).eq(b.sources.iter().map(|source| &source.labels))
             && same_scene()
             && a.poses == b.poses
             && a.measurements == b.measurements

@@ -3,7 +3,6 @@
 use super::ask::{Ask, Kind};
 use super::bench::Bench;
 use super::document::{Document, Next, session};
-use super::words::in_the_window;
 use bregma_field::Progress;
 use egui::{Context, Id, Modal, ViewportCommand};
 use std::path::{Path, PathBuf};
@@ -82,7 +81,7 @@ impl Bench {
     fn write_session(&mut self, ctx: &Context, file: PathBuf, next: Option<Next>) {
         let mut written = vec![];
         if let Err(error) = self.work.opened.write_labels(&file, &mut written, &Progress::default()) {
-            self.messages.error(in_the_window(&error.to_string()));
+            self.messages.error(error.to_string());
             return;
         }
         // What undo brings back is in the same files.

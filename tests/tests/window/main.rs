@@ -21,6 +21,7 @@ mod looking;
 mod looks;
 mod measuring;
 mod opening;
+mod parting;
 mod preferring;
 mod printing;
 mod registering;

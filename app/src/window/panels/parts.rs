@@ -71,7 +71,7 @@ impl PartsPanel {
         }
         let Some(result) = self.job.as_ref().and_then(Job::poll) else { return Ok(()) };
         (self.job, self.wanted) = (None, None);
-        match result.map_err(|e| in_the_window(&e))? {
+        match result.map_err(|e| format!("No parts: {}", in_the_window(&e)))? {
             Outcome::Parted(parted) => take(bench, *parted)?,
             Outcome::Saved(file, notes) => {
                 bench.messages.note(format!("Saved {}", file.display()));
@@ -87,16 +87,12 @@ impl PartsPanel {
         if bench.work.opened.volumes.len() > 1 {
             choose_scans(ui, &bench.work.opened, std::slice::from_mut(&mut self.index), &[("Of", "Scan to part")]);
         }
-        match &self.wanted {
-            Some((_, since)) if since.elapsed() < SOON => {
-                ui.ctx().request_repaint_after(SOON);
-                self.deeds(ui, bench);
-            }
-            _ if is_at_work(&mut self.job, ui) => {}
-            _ => {
-                self.wanted = None;
-                self.deeds(ui, bench);
-            }
+        if self.wanted.as_ref().is_some_and(|(_, since)| since.elapsed() < SOON) {
+            ui.ctx().request_repaint_after(SOON);
+            self.deeds(ui, bench);
+        } else if !is_at_work(&mut self.job, ui) {
+            self.wanted = None;
+            self.deeds(ui, bench);
         }
         let Some(labelled) = bench.work.opened.sources.get(self.index).and_then(|source| source.labels.clone()) else {
             ui.weak("Keep the skull leaves the head rest, the table, the paw out. Find islands lists all bone that hangs together.");
@@ -197,7 +193,7 @@ impl PartsPanel {
 
     /// What is said of all parts, and what is done with them.
     fn above_list(&mut self, ui: &mut Ui, bench: &mut Bench, labelled: &Labelled) {
-        let (volume, layer) = (&bench.work.opened.volumes[self.index], &mut bench.work.opened.scene.layers[self.index]);
+        let (volume, layer) = (&bench.work.opened.volumes[self.index], &bench.work.opened.scene.layers[self.index]);
         if layer.iso != labelled.iso() {
             let was = format!("{}{}", significant(labelled.iso(), 6), suffix(volume.unit()));
             ui.colored_label(ui.visuals().warn_fg_color, format!("These are the parts at {was}; at another isovalue find them again."));
