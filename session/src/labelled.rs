@@ -79,7 +79,8 @@ impl Labelled {
     /// Finds the parts of the scan of a layer, with a sentence for each thing that is not as in a file.
     pub fn find(how: &How, (volume, layer): (&Arc<Volume>, &Layer), progress: &Progress) -> Result<(Self, Vec<String>), PartOfError> {
         // Where a scan lies by itself is a grid.
-        let surface = Surface::new(volume, layer.iso, DAffine3::IDENTITY).map_err(|_| PartsError::NoBone { scan: volume.name().to_owned() })?;
+        let surface =
+            Surface::new(volume, layer.iso, DAffine3::IDENTITY).map_err(|_| PartsError::NoBone { scan: volume.name().to_owned() })?;
         let (labels, notes) = match how {
             How::Islands => (islands(&surface, progress)?, vec![]),
             How::Separate { neck_mm } => (separate(&surface, Neck { mm: *neck_mm, least_mm3: None }, progress)?, vec![]),

@@ -4,6 +4,7 @@ use crate::date::now;
 use crate::difference::{self, DifferenceError};
 use crate::measurement::{MeasuredScan, Measurement, Origin, RecordedDifference, RecordedSection, RecordedVolumes};
 use crate::opened::{InputError, Opened};
+use crate::parts::PartOf;
 use crate::section::{self, SectionError};
 use crate::source::Source;
 use crate::volumes;
@@ -265,13 +266,19 @@ impl Verifier {
         };
         opened.scene.layers = origin.scans.iter().map(|scan| scan.layer.clone()).collect();
         opened.scene.clips.clone_from(&origin.clips);
+        // Layers say which part was measured, and the sources where it is.
+        opened.find_parts(&Progress::default())?;
         Ok(&self.opened.insert((origin.scans.clone(), opened)).1)
     }
 }
 
 /// The scans that something was made from, with their isovalues; a file is where it was, or in `folder`. Fails if one is another scan now.
 pub(crate) fn open(origin: &Origin, folder: &Path) -> Result<Opened, VerifyError> {
-    let beside = |scan: &MeasuredScan| Source { file: found(&scan.source.file, folder), ..scan.source.clone() };
+    let map = |part: &PartOf| PartOf { file: found(&part.file, folder), ..part.clone() };
+    let beside = |scan: &MeasuredScan| {
+        let source = &scan.source;
+        Source { file: found(&source.file, folder), within: source.within.as_ref().map(map), ..source.clone() }
+    };
     let sources: Vec<Source> = origin.scans.iter().map(beside).collect();
     let opened = Opened::read(&sources, &Progress::default())?;
     if opened.volumes.len() != origin.scans.len() {

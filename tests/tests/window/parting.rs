@@ -2,7 +2,7 @@
 
 use super::printing::save_to;
 use super::*;
-use bregma_session::{Measurement, Opened, Session, Source};
+use bregma_session::{Measurement, Opened, Session, Source, record};
 use std::path::{Path, PathBuf};
 
 const RADII_MM: [f64; 2] = [6.6, 5.2];
@@ -12,7 +12,8 @@ fn folder(name: &str, iso: f64) -> (PathBuf, PathBuf) {
     const N: usize = 32;
     let folder = std::env::temp_dir().join(format!("bregma-parting-{name}-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
-    let mut bytes = format!("NRRD0004\ntype: float\ndimension: 3\nsizes: {N} {N} {N}\nspacings: 1 1 1\nencoding: raw\nendian: little\n\n").into_bytes();
+    let mut bytes =
+        format!("NRRD0004\ntype: float\ndimension: 3\nsizes: {N} {N} {N}\nspacings: 1 1 1\nencoding: raw\nendian: little\n\n").into_bytes();
     let distance = |n: usize, x: f64| ((n % N) as f64 - x).hypot((n / N % N) as f64 - 16.0).hypot((n / N / N) as f64 - 16.0);
     let value = |n: usize| (RADII_MM[0] - distance(n, 8.0)).max(RADII_MM[1] - distance(n, 23.0)).clamp(-2.0, 2.0);
     bytes.extend((0..N * N * N).flat_map(|n| (100.0 * value(n) as f32).to_le_bytes()));
@@ -152,9 +153,9 @@ fn the_skull_is_kept_by_two_clicks_and_stays_so_in_its_session() {
     settle(&mut again);
     assert_eq!(changed(&whole, &pixels(&again)), 0);
     // What was measured is measured again from its record.
-    let text = std::fs::read_to_string(&session).unwrap();
-    let saved: Session = serde_json::from_str(&text).unwrap();
-    assert!(text.matches("seg.nrrd").count() >= 2 && saved.volumes[0].within.is_some(), "{text}");
+    let recorded = record::read(&session).unwrap();
+    let (judged, _) = record::Verifier::default().verify(1, &recorded[0], &folder).unwrap();
+    assert!(!judged.is_empty() && judged.iter().all(|one| one.verdict == record::Verdict::Holds), "{judged:?}");
     std::fs::remove_dir_all(folder).unwrap();
 }
 

@@ -127,12 +127,14 @@ impl PartsPanel {
             }
         });
         ui.horizontal(|ui| {
-            let opens = ui.button("Open label map…").on_hover_text("The parts as 3D Slicer or another program has them: .seg.nrrd, NIfTI, …");
+            let opens =
+                ui.button("Open label map…").on_hover_text("The parts as 3D Slicer or another program has them: .seg.nrrd, NIfTI, …");
             if opens.clicked() {
                 self.ask(&ctx, bench, Ask::open("Open a label map", Kind::Files), None);
             }
             let labelled = bench.work.opened.sources.get(self.index).and_then(|source| source.labels.clone());
-            let saves = ui.add_enabled(labelled.is_some(), Button::new("Save label map…")).on_disabled_hover_text("No parts were found yet");
+            let saves =
+                ui.add_enabled(labelled.is_some(), Button::new("Save label map…")).on_disabled_hover_text("No parts were found yet");
             let saves = saves.on_hover_text("The parts with their names and colours, for 3D Slicer and others");
             if saves.clicked() {
                 self.ask(&ctx, bench, SAVE, labelled);
@@ -158,7 +160,9 @@ impl PartsPanel {
     /// Finds the parts of the scan that is chosen.
     fn find(&mut self, ctx: &Context, bench: &Bench, how: How) {
         let opened = &bench.work.opened;
-        let Some((volume, layer)) = opened.volumes.get(self.index).cloned().zip(opened.scene.layers.get(self.index).cloned()) else { return };
+        let Some((volume, layer)) = opened.volumes.get(self.index).cloned().zip(opened.scene.layers.get(self.index).cloned()) else {
+            return;
+        };
         let measures = !self.only_seen;
         let what = match how {
             How::Islands => "Looking for islands",
@@ -315,6 +319,10 @@ fn size(mm3: f64, all_mm3: f64) -> String {
 const SAVE: Ask = Ask {
     title: "Save the label map",
     kind: Kind::Save,
-    forms: &[("3D Slicer segmentation, NRRD", &["seg.nrrd", "nrrd"]), ("NIfTI, numbers alone", &["nii.gz", "nii"]), ("MetaImage, numbers alone", &["mha"])],
+    forms: &[
+        ("3D Slicer segmentation, NRRD", &["seg.nrrd", "nrrd"]),
+        ("NIfTI, numbers alone", &["nii.gz", "nii"]),
+        ("MetaImage, numbers alone", &["mha"]),
+    ],
     name: "parts.seg.nrrd",
 };
