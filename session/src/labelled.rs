@@ -5,7 +5,7 @@ use crate::opened::Opened;
 use crate::parts::{PartOf, PartOfError, space};
 use crate::shelf::safe_name;
 use crate::source::Source;
-use bregma_field::{Progress, Sample, Samples, Store, Surface, Volume, with_block};
+use bregma_field::{AnyBlock, Progress, Sample, Samples, Store, Surface, Volume, with_block};
 use bregma_parts::{Islands, Labels, Neck, Part, PartsError, keep_the_skull, read, separate, write};
 use bregma_renderer::{Color, Layer, Within};
 use glam::DAffine3;
@@ -133,7 +133,7 @@ impl Labelled {
 
     /// The same on a scan whose samples lie elsewhere now.
     pub(crate) fn on(&self, volume: &Volume) -> Result<Self, PartsError> {
-        let labels = Labels::new(volume.grid().clone(), self.volume().samples().clone(), self.named())?;
+        let labels = Labels::new(volume.grid().clone(), numbers(self.volume()), self.named())?;
         Ok(Self::new(labels, volume, self.iso).without(self.left_out.as_ref().clone()))
     }
 
@@ -181,7 +181,7 @@ impl Labelled {
         if is_as_found {
             return write(file, &self.labels, progress);
         }
-        let labels = Labels::new(self.labels.grid().clone(), self.volume().samples().clone(), self.named())?;
+        let labels = Labels::new(self.labels.grid().clone(), numbers(self.volume()), self.named())?;
         write(file, &labels, progress)
     }
 
@@ -189,6 +189,15 @@ impl Labelled {
     fn named(&self) -> Vec<Part> {
         let names: HashMap<u16, &str> = self.parts.iter().map(|part| (part.number, part.name.as_str())).collect();
         self.labels.parts().iter().map(|part| Part { name: names[&part.number].to_owned(), ..part.clone() }).collect()
+    }
+}
+
+/// The samples of a label map.
+fn numbers(volume: &Volume) -> Samples {
+    match Store::of(volume).whole() {
+        AnyBlock::U8(b) => Samples::U8(b.onward([0; 3]).to_vec()),
+        AnyBlock::U16(b) => Samples::U16(b.onward([0; 3]).to_vec()),
+        AnyBlock::I16(_) | AnyBlock::F32(_) => unreachable!("labels are made of u8 or u16"),
     }
 }
 
