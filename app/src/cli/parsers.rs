@@ -197,7 +197,7 @@ pub fn uneven(text: &str) -> Result<Uneven, String> {
     }
 }
 
-pub fn part(text: &str) -> Result<PartOf, String> {
+pub fn part_of(text: &str) -> Result<PartOf, String> {
     text.parse().map_err(|never: Infallible| match never {})
 }
 

@@ -1,6 +1,6 @@
 //! The scans of a command line, each with the options that stand behind it.
 
-use super::parsers::{part, raw, reduce, spacing, turn, uneven};
+use super::parsers::{part_of, raw, reduce, spacing, turn, uneven};
 use bregma_field::Turn;
 use bregma_field::formats::{Reduce, Uneven};
 use bregma_session::{PartOf, Raw, Source};
@@ -48,12 +48,12 @@ impl<const MIN: usize> Args for Sources<MIN> {
                     .value_parser(uneven)
                     .help("Slices of the scan before it that are not evenly spaced: interpolate them, refuse them, or take those that jitter as even and refuse the others [default: even]"),
             )
-            .arg(option("within", "FILE[#NAME]").value_parser(part).help(
+            .arg(option("within", "FILE[#NAME]").value_parser(part_of).help(
                 "Only a part of the scan before it: a label map (.seg.nrrd, NIfTI) with the names of parts in it, with commas between; all parts \
                  without a name. What is measured is measured of the part",
             ))
             .arg(
-                option("without", "FILE[#NAME]").value_parser(part).help("All of the scan before it but a part, such as a table: see --within"),
+                option("without", "FILE[#NAME]").value_parser(part_of).help("All of the scan before it but a part, such as a table: see --within"),
             )
             .arg(option("raw", "LAYOUT").value_parser(raw).help("The scan before it is headerless: WxHxD,u8|u16|i16|f32[,be][,skip=N]"))
     }
