@@ -29,7 +29,10 @@ fn folder(name: &str, iso: f64) -> (PathBuf, PathBuf) {
 }
 
 fn opened(file: &Path) -> Window {
-    let mut window = open(Start::Files(vec![Source { file: file.to_owned(), ..Default::default() }]));
+    let start = Start::Files(vec![Source { file: file.to_owned(), ..Default::default() }]);
+    // Frames follow each other fast enough for a double click.
+    let builder = Harness::builder().with_size([1280.0, 800.0]).with_step_dt(0.02).wgpu();
+    let mut window: Window = builder.build_eframe(|cc| Workstation::new(cc, start, None).preferring(at_once()));
     wait(&mut window, "the session", |w| !w.is_loading());
     settle(&mut window);
     window
