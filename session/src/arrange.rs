@@ -29,6 +29,11 @@ impl Opened {
         let registered = self.scene.layers[n].transform;
         let from = registered * self.volumes[n].grid().index_to_world();
         let moved = registered * volume.grid().index_to_world() * from.inverse();
+        if let Some(labelled) = &self.sources[n].labels {
+            // A map that is in a file lies where the scan lay then.
+            self.sources[n].labels = labelled.on(&volume).ok();
+            self.sources[n].within = None;
+        }
         self.volumes[n] = Arc::new(volume);
         Ok(moved)
     }

@@ -171,6 +171,20 @@ impl Measurement {
         let made_by = made_by.map(|origin| MadeBy::Known(Origin { clips: clips(origin), ..origin.clone() }));
         Self::Ray(Box::new(RecordedRay { name, color, made_by, ..found }))
     }
+
+    /// What it was made by and on.
+    pub(crate) fn origin_mut(&mut self) -> Option<&mut Origin> {
+        match self {
+            Self::Ray(ray) => match ray.made_by.as_mut()? {
+                MadeBy::Known(origin) => Some(origin),
+                MadeBy::Other(_) => None,
+            },
+            Self::Difference(difference) => difference.made_by.as_mut(),
+            Self::Volumes(volumes) => volumes.made_by.as_mut(),
+            Self::Section(section) => section.made_by.as_mut(),
+            Self::Other(_) => None,
+        }
+    }
 }
 
 impl RecordedRay {

@@ -186,13 +186,14 @@ impl Opened {
     pub fn find_parts(&mut self, progress: &Progress) -> Result<(), InputError> {
         let mut found = Ok(());
         self.notes.clear();
-        for (n, source) in self.sources.iter().enumerate() {
+        for (n, source) in self.sources.iter_mut().enumerate() {
             let (volume, layer) = (&self.volumes[n], &mut self.scene.layers[n]);
             let Some(part) = source.within.as_ref() else { continue };
             match part.find(volume, layer, progress) {
-                Ok((within, notes)) => {
-                    layer.within = Some(within);
+                Ok((labelled, within, notes)) => {
+                    layer.within = within;
                     self.notes.extend(notes.into_iter().map(|note| format!("{}: {note}", part.file.display())));
+                    source.labels = Some(labelled);
                 }
                 Err(error) => found = Err(Box::new(error).into()),
             }

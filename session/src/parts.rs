@@ -1,11 +1,14 @@
 //! The part of a scan that is meant: found in a label map, looked at, and measured.
 
+use crate::labelled::Labelled;
 use crate::opened::Opened;
-use bregma_field::{Progress, Solid, Surface, Volume, within};
+use bregma_field::{Progress, Sample, Samples, Solid, Store, Surface, Volume, with_block, within};
 use bregma_parts::{Labels, Meant, PartsError};
 use bregma_renderer::{Layer, Within};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
+use std::collections::{HashMap, HashSet};
 use std::convert::Infallible;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -13,7 +16,7 @@ use std::sync::{Arc, Mutex, PoisonError, Weak};
 use thiserror::Error;
 
 /// Parts of a scan as a person names them: `FILE#NAME`, of several `FILE#NAME,NAME`.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PartOf {
     /// The label map; in a session relative to the session's folder.
     pub file: PathBuf,
@@ -21,6 +24,12 @@ pub struct PartOf {
     pub names: String,
     /// Whether they are kept, and not all that lies beside them.
     pub keeps: bool,
+    /// All of the scan is meant: the label map only says what its parts are.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub whole: bool,
+    /// The isovalue at which bone without a label is another part's; that of the scan's layer when absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub iso: Option<f64>,
 }
 
 /// Why a part of a scan was not found.
@@ -49,14 +58,18 @@ impl FromStr for PartOf {
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         let (file, names) = text.rsplit_once('#').unwrap_or((text, ""));
-        Ok(Self { file: file.into(), names: names.into(), keeps: true })
+        Ok(Self { file: file.into(), names: names.into(), keeps: true, whole: false, iso: None })
     }
 }
 
 impl PartOf {
-    /// What of the scan of a layer is meant, looked at as the layer says if it does, and what there is to say of the label map.
-    pub(crate) fn find(&self, volume: &Arc<Volume>, layer: &Layer, progress: &Progress) -> Result<(Within, Vec<String>), PartOfError> {
+    /// The label map, what of the scan of a layer is meant, looked at as the layer says if it does, and what there is to say of the map.
+    pub(crate) fn find(&self, volume: &Arc<Volume>, layer: &Layer, progress: &Progress) -> Result<Found, PartOfError> {
+        let iso = self.iso.unwrap_or(layer.iso);
         let (labels, notes) = bregma_parts::read(&self.file, volume, progress)?;
+        if self.whole {
+            return Ok((Labelled::new(labels, volume, iso), None, notes));
+        }
         let numbers = self.numbers(&labels)?;
         let known = layer.within.clone().unwrap_or_else(|| Within {
             part: if self.names.is_empty() { "all parts".into() } else { self.names.clone() },
@@ -66,9 +79,12 @@ impl PartOf {
             measures: true,
             solid: None,
         });
-        let solid = space(&labels, &numbers, known.grow_mm, (volume, layer), progress)?;
+        let solid = space(&labels, &numbers, known.grow_mm, (volume, iso), progress)?;
         let solid = if known.keeps { solid } else { solid.inverse() };
-        Ok((Within { solid: Some(Arc::new(solid)), ..known }, notes))
+        let named: HashSet<u16> = numbers.into_iter().collect();
+        let is_left_out = |number: &u16| named.contains(number) != known.keeps;
+        let left_out = labels.parts().iter().map(|part| part.number).filter(is_left_out).collect();
+        Ok((Labelled::new(labels, volume, iso).without(left_out), Some(Within { solid: Some(Arc::new(solid)), ..known }), notes))
     }
 
     fn numbers(&self, labels: &Labels) -> Result<Vec<u16>, PartOfError> {
@@ -84,9 +100,11 @@ impl PartOf {
         if !whole.is_empty() {
             return Ok(whole);
         }
+        // Of two parts of one name the first has it.
+        let by_name: HashMap<&str, u16> = parts.iter().rev().map(|part| (part.name.as_str(), part.number)).collect();
+        let by_number = |name: &str| name.parse().ok().filter(|number| parts.iter().any(|part| part.number == *number));
         let find = |name: &str| {
-            let named = parts.iter().find(|part| part.name == name);
-            let number = named.or_else(|| parts.iter().find(|part| part.number.to_string() == name)).map(|part| part.number);
+            let number = by_name.get(name).copied().or_else(|| by_number(name));
             number.ok_or_else(|| {
                 let there = parts.iter().map(|part| part.name.as_str()).collect::<Vec<_>>().join(", ");
                 PartOfError::NoPart { file: self.file.clone(), name: name.to_owned(), there }
@@ -107,16 +125,32 @@ impl PartOf {
     }
 }
 
-/// The space that belongs to some parts of the scan of a layer: bone at its isovalue that has no label is another's.
-pub fn space(
+/// A label map, what of its scan is kept, and what there is to say of the map.
+type Found = (Labelled, Option<Within>, Vec<String>);
+
+/// More numbers than these are told apart by a map of two parts: each sample's number is looked for among them.
+const MOST_NUMBERS: usize = 16;
+
+/// The space that belongs to some parts of a scan: bone at the isovalue that has no label is another's.
+pub(crate) fn space(
     labels: &Labels,
     numbers: &[u16],
     grow_mm: f64,
-    (volume, layer): (&Arc<Volume>, &Layer),
+    (volume, iso): (&Arc<Volume>, f64),
     progress: &Progress,
 ) -> Result<Solid, PartsError> {
-    let bone = Surface::new(volume, layer.iso, glam::DAffine3::IDENTITY).ok();
-    Ok(labels.space_of(Meant { numbers, grow_mm, bone: bone.as_ref() }, progress)?)
+    let bone = Surface::new(volume, iso, glam::DAffine3::IDENTITY).ok();
+    if numbers.len() <= MOST_NUMBERS {
+        return Ok(labels.space_of(Meant { numbers, grow_mm, bone: bone.as_ref() }, progress)?);
+    }
+    let mut number_of = vec![2_u8; 1 << 16];
+    number_of[0] = 0;
+    numbers.iter().for_each(|&number| number_of[usize::from(number)] = 1);
+    let theirs = with_block!(Store::of(labels.volume()).whole(), b => {
+        b.onward([0; 3]).par_iter().map(|number| number_of[number.to_f64() as usize]).collect()
+    });
+    let labels = Labels::new(labels.grid().clone(), Samples::U8(theirs), vec![])?;
+    Ok(labels.space_of(Meant { numbers: &[1], grow_mm, bone: bone.as_ref() }, progress)?)
 }
 
 /// A scan, a solid on its samples, and what that leaves of it; each as long as somebody has it.

@@ -266,6 +266,7 @@ impl Verifier {
         };
         opened.scene.layers = origin.scans.iter().map(|scan| scan.layer.clone()).collect();
         opened.scene.clips.clone_from(&origin.clips);
+        // Layers say which part was measured, and the sources where it is.
         opened.find_parts(&Progress::default())?;
         Ok(&self.opened.insert((origin.scans.clone(), opened)).1)
     }
@@ -273,11 +274,10 @@ impl Verifier {
 
 /// The scans that something was made from, with their isovalues; a file is where it was, or in `folder`. Fails if one is another scan now.
 pub(crate) fn open(origin: &Origin, folder: &Path) -> Result<Opened, VerifyError> {
-    let part = |part: &PartOf| PartOf { file: found(&part.file, folder), ..part.clone() };
-    let beside = |scan: &MeasuredScan| Source {
-        file: found(&scan.source.file, folder),
-        within: scan.source.within.as_ref().map(part),
-        ..scan.source.clone()
+    let map = |part: &PartOf| PartOf { file: found(&part.file, folder), ..part.clone() };
+    let beside = |scan: &MeasuredScan| {
+        let source = &scan.source;
+        Source { file: found(&source.file, folder), within: source.within.as_ref().map(map), ..source.clone() }
     };
     let sources: Vec<Source> = origin.scans.iter().map(beside).collect();
     let opened = Opened::read(&sources, &Progress::default())?;

@@ -1,5 +1,6 @@
 //! A scan as the person names it.
 
+use crate::labelled::Labelled;
 use crate::parts::PartOf;
 use bregma_field::formats::{self, Hints, OpenError, RawLayout, RawLayoutError, Reduce, Scan, Uneven};
 use bregma_field::{Cancelled, Correction, Progress, Turn, Volume};
@@ -35,6 +36,9 @@ pub struct Source {
     /// The part of it that is meant.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub within: Option<PartOf>,
+    /// Its parts, where they are known; they are in no file yet where `within` names none.
+    #[serde(skip)]
+    pub labels: Option<Labelled>,
     /// The skull of the built-in pair that it is, instead of a file; `file` is its name then.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub built_in: Option<BuiltIn>,
@@ -60,11 +64,12 @@ impl Source {
         Self { file: built_in.name().into(), built_in: Some(built_in), ..Self::default() }
     }
 
-    /// The same with its file named from the root on; what is built in has no place.
+    /// The same with its file named from the root on; what is built in has no place. A label map that is in a file is left to that.
     pub fn absolute(&self) -> Self {
         let file = if self.built_in.is_some() { Ok(self.file.clone()) } else { std::path::absolute(&self.file) };
         let within = self.within.as_ref().map(PartOf::absolute);
-        Self { file: file.unwrap_or_else(|_| self.file.clone()), within, ..self.clone() }
+        let labels = self.labels.clone().filter(|_| within.is_none());
+        Self { file: file.unwrap_or_else(|_| self.file.clone()), within, labels, ..self.clone() }
     }
 
     /// Reads the headers of the scan.

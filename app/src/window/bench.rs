@@ -249,6 +249,9 @@ impl Bench {
             opened.compare = Compare::SideBySide;
         }
         let (measured, is_new) = (Measured::of(&mut opened), !opened.from_session);
+        if let Some(kept) = &loading.recovered {
+            kept.release(&mut opened);
+        }
         self.work = Work { opened, measured };
         if is_new {
             self.tell_apart();
@@ -275,12 +278,14 @@ impl Bench {
     fn refine(&mut self, finer: &Opened) {
         let refine = |work: &mut Work| {
             let opened = &mut work.opened;
-            for (source, volume) in opened.sources.iter_mut().zip(&mut opened.volumes) {
+            for ((source, volume), layer) in opened.sources.iter_mut().zip(&mut opened.volumes).zip(&mut opened.scene.layers) {
                 let same = |fine: &Source| fine.built_in.is_some() && source.built_in.is_some() && fine.file == source.file;
                 if let Some(n) = finer.sources.iter().position(same) {
                     // It stays as it is called and turned.
                     let finer_source = Source { called: source.called.clone(), turn: source.turn, ..finer.sources[n].clone() };
                     (*volume, *source) = (finer_source.dress(&finer.volumes[n]), finer_source);
+                    // Its parts were those of the coarse samples.
+                    layer.within = None;
                 }
             }
         };

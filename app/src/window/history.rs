@@ -1,6 +1,8 @@
 //! Undo and redo: a stack of what the person made, opened and looked at.
 
 use super::measured::Work;
+use bregma_field::Volume;
+use bregma_session::Labelled;
 use std::collections::HashMap;
 
 /// Steps kept; each is a few hundred bytes, as the samples are shared.
@@ -48,11 +50,11 @@ impl History {
         self.present.opened.scene.camera = work.opened.scene.camera;
     }
 
-    /// Bytes of the scans that are in no present but in some other state.
+    /// Bytes of the scans and label maps that are in no present but in some other state.
     fn closed_bytes(&self) -> usize {
-        let kept = self.past.iter().chain(&self.future).flat_map(|work| &work.opened.volumes);
+        let kept = self.past.iter().chain(&self.future).flat_map(samples);
         let mut closed: HashMap<_, usize> = kept.map(|v| (v.samples_id(), v.sample_bytes())).collect();
-        self.present.opened.volumes.iter().for_each(|open| _ = closed.remove(&open.samples_id()));
+        samples(&self.present).for_each(|open| _ = closed.remove(&open.samples_id()));
         closed.values().sum()
     }
 
@@ -99,6 +101,12 @@ impl History {
             work.measured.selected = selected;
         }
     }
+}
+
+/// All that has samples.
+fn samples(work: &Work) -> impl Iterator<Item = &Volume> {
+    let labels = work.opened.sources.iter().filter_map(|source| source.labels.as_ref());
+    work.opened.volumes.iter().map(|volume| &**volume).chain(labels.map(Labelled::volume))
 }
 
 #[cfg(test)]

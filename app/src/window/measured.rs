@@ -58,6 +58,7 @@ impl Work {
         let (a, b) = (&self.opened, &other.opened);
         let same_scene = || Scene { camera: a.scene.camera, ..b.scene.clone() } == a.scene;
         same_scans(&a.volumes, &b.volumes)
+            && a.sources.iter().map(|source| &source.labels).eq(b.sources.iter().map(|source| &source.labels))
             && same_scene()
             && a.poses == b.poses
             && a.film == b.film

@@ -5,7 +5,8 @@
 
 use super::document::session;
 use super::measured::Work;
-use bregma_session::{Measurement, Session};
+use bregma_field::Progress;
+use bregma_session::{Measurement, Opened, PartOf, Session, Written};
 use egui::Context;
 use std::fs::{self, File};
 use std::io::{Read, Seek, Write};
@@ -27,6 +28,8 @@ pub struct Recovery {
     written: Option<(Work, Instant)>,
     /// What this work was recovered from, until it is in this run's own file.
     from: Option<Kept>,
+    /// Label maps that lie beside the file.
+    labels: Written,
 }
 
 /// A file of work, held by its lock.
@@ -67,10 +70,27 @@ impl Kept {
         format!("{names}, {ago}")
     }
 
-    /// Removes both files.
+    /// The label maps that were written beside it.
+    fn label_maps(&self) -> Vec<PathBuf> {
+        let begins = self.file.with_extension("").file_name().map(|name| format!("{}.", name.to_string_lossy())).unwrap_or_default();
+        let beside = self.file.parent().and_then(|folder| fs::read_dir(folder).ok()).into_iter().flatten().flatten();
+        let named = beside.map(|entry| (entry.file_name().to_string_lossy().into_owned(), entry.path()));
+        named.filter(|(name, _)| name.starts_with(&begins) && name.ends_with(".seg.nrrd")).map(|(_, path)| path).collect()
+    }
+
+    /// Takes from work that was read from it what it would lose with these files: its label maps are in no file.
+    pub fn release(&self, opened: &mut Opened) {
+        let own = self.label_maps();
+        let is_own = |part: &PartOf| own.contains(&part.file);
+        let sources = opened.sources.iter_mut();
+        sources.filter(|source| source.within.as_ref().is_some_and(is_own)).for_each(|source| source.within = None);
+    }
+
+    /// Removes all its files.
     pub fn discard(self) {
         // The lock goes last: a file without a lock would be offered again.
         let _ = fs::remove_file(&self.file);
+        self.label_maps().iter().for_each(|file| _ = fs::remove_file(file));
         let _ = fs::remove_file(&self.lock_file);
     }
 }
@@ -142,13 +162,16 @@ impl Recovery {
         own.lock.set_len(0).ok()?;
         (&own.lock).rewind().ok()?;
         (&own.lock).write_all(belongs_to.map_or(String::new(), |file| file.to_string_lossy().into_owned()).as_bytes()).ok()?;
+        let mut work = work.clone();
+        work.opened.write_labels(&own.file, &mut self.labels, &Progress::default()).ok()?;
+        work.opened.name_labels(&self.labels);
         // No folder is above all scans: their files are named from the root on.
-        session(work, Path::new(""), records).write(&own.file).ok()
+        session(&work, Path::new(""), records).write(&own.file).ok()
     }
 
     /// Removes what is kept: it is saved, or not wanted.
     pub fn forget(&mut self) {
         self.own.take().into_iter().chain(self.from.take()).for_each(Kept::discard);
-        self.written = None;
+        (self.written, self.labels) = (None, vec![]);
     }
 }

@@ -3,6 +3,7 @@
 use super::ask::{Ask, Kind};
 use super::bench::Bench;
 use super::document::{Document, Next, session};
+use bregma_field::Progress;
 use egui::{Context, Id, Modal, ViewportCommand};
 use std::path::{Path, PathBuf};
 
@@ -78,6 +79,14 @@ impl Bench {
     }
 
     fn write_session(&mut self, ctx: &Context, file: PathBuf, next: Option<Next>) {
+        let mut written = vec![];
+        if let Err(error) = self.work.opened.write_labels(&file, &mut written, &Progress::default()) {
+            self.messages.error(error.to_string());
+            return;
+        }
+        // What undo brings back is in the same files.
+        self.work.opened.name_labels(&written);
+        self.history.change_all(|work| work.opened.name_labels(&written));
         let folder = file.parent().unwrap_or(Path::new(""));
         match session(&self.work, folder, self.records()).write(&file) {
             Ok(()) => {

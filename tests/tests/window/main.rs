@@ -22,6 +22,7 @@ mod looking;
 mod looks;
 mod measuring;
 mod opening;
+mod parting;
 mod preferring;
 mod printing;
 mod registering;

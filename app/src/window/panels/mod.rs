@@ -15,6 +15,7 @@ mod light;
 mod look;
 mod looks;
 mod maps;
+mod parts;
 mod picture;
 mod poses;
 mod preferences;
@@ -52,6 +53,7 @@ use egui::{Key, Modifiers, Rect, ScrollArea, Ui};
 use film::FilmPanel;
 use frame_rate::FrameRatePanel;
 use looks::LooksPanel;
+use parts::PartsPanel;
 use picture::PicturePanel;
 use ray_form::RayForm;
 use register::RegisterPanel;
@@ -81,6 +83,7 @@ pub struct Panels {
     /// The map of differences.
     pub differences: DifferencesPanel,
     volumes: VolumesPanel,
+    parts: PartsPanel,
     /// Thickness along a curve.
     pub section: SectionPanel,
     register: RegisterPanel,
@@ -109,6 +112,7 @@ enum Tab {
     Thickness,
     Differences,
     Volumes,
+    Parts,
     Register,
 }
 
@@ -153,7 +157,7 @@ const PLAIN: Panel =
 
 const NONE: Modifiers = Modifiers::NONE;
 
-const PANELS: [Panel; 20] = [
+const PANELS: [Panel; 21] = [
     Panel {
         place: Place::Left,
         show: |p, bench, ui| {
@@ -223,6 +227,13 @@ const PANELS: [Panel; 20] = [
         commands: &[Command::new(Menu::Measure, "Volumes…", &[], |p, _, _| p.open(Tab::Volumes))],
         poll: |p, bench| p.volumes.poll(bench),
         show: |p, bench, ui| p.volumes.show(ui, bench),
+        ..PLAIN
+    },
+    Panel {
+        place: Place::Right(Tab::Parts, "Parts"),
+        commands: &[Command::new(Menu::Measure, "Parts…", &[], |p, _, _| p.open(Tab::Parts))],
+        poll: |p, bench| p.parts.poll(bench),
+        show: |p, bench, ui| p.parts.show(ui, bench),
         ..PLAIN
     },
     Panel {

@@ -1,0 +1,273 @@
+//! The label map of a scan that is open: its parts, how they are found, which of them are kept, and what that is written as.
+
+use crate::measurement::Measurement;
+use crate::opened::Opened;
+use crate::parts::{PartOf, PartOfError, space};
+use crate::shelf::safe_name;
+use crate::source::Source;
+use bregma_field::{AnyBlock, Progress, Sample, Samples, Store, Surface, Volume, with_block};
+use bregma_parts::{Islands, Labels, Neck, Part, PartsError, keep_the_skull, read, separate, write};
+use bregma_renderer::{Color, Layer, Within};
+use glam::DAffine3;
+use rayon::prelude::*;
+use std::collections::{BTreeSet, HashMap};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// A part as a person sees it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Listed {
+    /// The number of its samples.
+    pub number: u16,
+    /// What the person calls it.
+    pub name: String,
+    /// Its colour.
+    pub color: Color,
+    /// Its samples times the volume of a voxel.
+    pub volume_mm3: f64,
+}
+
+/// A label map, which of its parts are kept, and the isovalue that it is of. Two are equal if they are the same one, with the same kept.
+#[derive(Clone, Debug)]
+pub struct Labelled {
+    labels: Arc<Labels>,
+    /// The largest first, by the names that they have now.
+    parts: Arc<Vec<Listed>>,
+    iso: f64,
+    left_out: Arc<BTreeSet<u16>>,
+}
+
+impl PartialEq for Labelled {
+    fn eq(&self, other: &Self) -> bool {
+        self.is_same_map(other) && self.left_out == other.left_out && self.iso == other.iso
+    }
+}
+
+/// How parts are found.
+#[derive(Clone, Debug)]
+pub enum How {
+    /// Bone that hangs together.
+    Islands,
+    /// Bones apart at necks that are not thicker, mm.
+    Separate {
+        /// The thickness.
+        neck_mm: f64,
+    },
+    /// The skull, and all other bone as a part that is left out.
+    Skull,
+    /// As a label map has them.
+    File(PathBuf),
+}
+
+/// So many names are said one by one.
+const FEW: usize = 8;
+
+impl Labelled {
+    /// A label map of a scan at an isovalue, all of whose parts are kept.
+    pub fn new(labels: Labels, volume: &Volume, iso: f64) -> Self {
+        let listed = |(part, found): (&Part, bregma_parts::Statistics)| Listed {
+            number: part.number,
+            name: part.name.clone(),
+            color: Color(part.color),
+            volume_mm3: found.volume_mm3,
+        };
+        let mut parts: Vec<Listed> = labels.parts().iter().zip(labels.statistics(volume)).map(listed).collect();
+        parts.sort_by(|a, b| b.volume_mm3.total_cmp(&a.volume_mm3));
+        Self { labels: Arc::new(labels), parts: Arc::new(parts), iso, left_out: Arc::default() }
+    }
+
+    /// Finds the parts of the scan of a layer, with a sentence for each thing that is not as in a file.
+    pub fn find(how: &How, (volume, layer): (&Arc<Volume>, &Layer), progress: &Progress) -> Result<(Self, Vec<String>), PartOfError> {
+        // Where a scan lies by itself is a grid.
+        let surface =
+            Surface::new(volume, layer.iso, DAffine3::IDENTITY).map_err(|_| PartsError::NoBone { scan: volume.name().to_owned() })?;
+        let (labels, notes) = match how {
+            How::Islands => (islands(&surface, progress)?, vec![]),
+            How::Separate { neck_mm } => (separate(&surface, Neck { mm: *neck_mm, least_mm3: None }, progress)?, vec![]),
+            How::Skull => (skull_and_rest(&surface, progress)?, vec![]),
+            How::File(file) => {
+                let (labels, notes) = read(file, volume, progress)?;
+                if labels.parts().is_empty() {
+                    return Err(PartOfError::Empty(file.clone()));
+                }
+                (labels, notes)
+            }
+        };
+        let left_out = labels.parts().iter().filter(|part| matches!(how, How::Skull) && part.name == REST).map(|part| part.number);
+        let left_out = left_out.collect();
+        Ok((Self::new(labels, volume, layer.iso).without(left_out), notes))
+    }
+
+    /// Its parts, the largest first.
+    pub fn parts(&self) -> &[Listed] {
+        &self.parts
+    }
+
+    /// The isovalue that it is of: bone at it that has no label belongs to no part.
+    pub fn iso(&self) -> f64 {
+        self.iso
+    }
+
+    /// The numbers of the parts that are left out.
+    pub fn left_out(&self) -> &BTreeSet<u16> {
+        &self.left_out
+    }
+
+    /// The numbers as a volume.
+    pub fn volume(&self) -> &Volume {
+        self.labels.volume()
+    }
+
+    /// The same, with the parts of these numbers left out.
+    pub fn without(self, left_out: BTreeSet<u16>) -> Self {
+        Self { left_out: Arc::new(left_out), ..self }
+    }
+
+    /// The same with another name for a part.
+    pub fn renamed(&self, number: u16, name: &str) -> Self {
+        let name: String = name.chars().filter(|c| !c.is_control()).collect();
+        let mut parts = self.parts.as_ref().clone();
+        parts.iter_mut().filter(|part| part.number == number).for_each(|part| part.name = name.trim().to_owned());
+        Self { parts: Arc::new(parts), ..self.clone() }
+    }
+
+    /// The same on a scan whose samples lie elsewhere now.
+    pub(crate) fn on(&self, volume: &Volume) -> Result<Self, PartsError> {
+        let labels = Labels::new(volume.grid().clone(), numbers(self.volume()), self.named())?;
+        Ok(Self::new(labels, volume, self.iso).without(self.left_out.as_ref().clone()))
+    }
+
+    /// Whether samples and names are the same, whatever is kept.
+    fn is_same_map(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.labels, &other.labels) && Arc::ptr_eq(&self.parts, &other.parts)
+    }
+
+    fn kept(&self) -> impl Iterator<Item = &Listed> {
+        self.parts.iter().filter(|part| !self.left_out.contains(&part.number))
+    }
+
+    /// What of the scan is kept, looked at and measured as `known` is; none where all of it is.
+    pub fn within(&self, volume: &Arc<Volume>, known: Option<&Within>, progress: &Progress) -> Result<Option<Within>, PartsError> {
+        if self.left_out.is_empty() {
+            return Ok(None);
+        }
+        let (grow_mm, rim_mm) = known.map_or((0.0, 0.0), |within| (within.grow_mm, within.rim_mm));
+        let numbers: Vec<u16> = self.kept().map(|part| part.number).collect();
+        let solid = space(&self.labels, &numbers, grow_mm, (volume, self.iso), progress)?;
+        let part = if numbers.len() <= FEW {
+            self.kept().map(|part| part.name.as_str()).collect::<Vec<_>>().join(", ")
+        } else {
+            format!("{} of {} parts", numbers.len(), self.parts.len())
+        };
+        let measures = known.is_none_or(|within| within.measures);
+        Ok(Some(Within { part, keeps: true, grow_mm, rim_mm, measures, solid: Some(Arc::new(solid)) }))
+    }
+
+    /// What is kept, as a session names it.
+    pub fn part_of(&self, file: PathBuf) -> PartOf {
+        let mut uses = HashMap::new();
+        self.parts.iter().for_each(|part| *uses.entry(part.name.as_str()).or_insert(0) += 1);
+        // A name that several have, or that is read as several, is said by its number.
+        let is_clear = |name: &str| uses[name] == 1 && !name.is_empty() && name.trim() == name && !name.contains(',');
+        let names: Vec<String> =
+            self.kept().map(|part| if is_clear(&part.name) { part.name.clone() } else { part.number.to_string() }).collect();
+        let whole = self.left_out.is_empty();
+        PartOf { file, names: if whole { String::new() } else { names.join(",") }, keeps: true, whole, iso: Some(self.iso) }
+    }
+
+    /// Writes it; gives a sentence for each thing that the form of the file cannot hold.
+    pub fn write(&self, file: &Path, progress: &Progress) -> Result<Vec<String>, PartsError> {
+        let is_as_found = self.labels.parts().iter().all(|part| self.parts.iter().any(|p| p.number == part.number && p.name == part.name));
+        if is_as_found {
+            return write(file, &self.labels, progress);
+        }
+        let labels = Labels::new(self.labels.grid().clone(), numbers(self.volume()), self.named())?;
+        write(file, &labels, progress)
+    }
+
+    /// The parts by the names that they have now.
+    fn named(&self) -> Vec<Part> {
+        let names: HashMap<u16, &str> = self.parts.iter().map(|part| (part.number, part.name.as_str())).collect();
+        self.labels.parts().iter().map(|part| Part { name: names[&part.number].to_owned(), ..part.clone() }).collect()
+    }
+}
+
+/// The samples of a label map.
+fn numbers(volume: &Volume) -> Samples {
+    match Store::of(volume).whole() {
+        AnyBlock::U8(b) => Samples::U8(b.onward([0; 3]).to_vec()),
+        AnyBlock::U16(b) => Samples::U16(b.onward([0; 3]).to_vec()),
+        AnyBlock::I16(_) | AnyBlock::F32(_) => unreachable!("labels are made of u8 or u16"),
+    }
+}
+
+/// All islands, or as many of the largest as there are numbers.
+fn islands(surface: &Surface, progress: &Progress) -> Result<Labels, PartsError> {
+    let islands = Islands::of_bone(surface, progress)?;
+    let count = islands.sizes().len().min(usize::from(u16::MAX));
+    let chosen: Vec<_> = (0..count).map(|n| (n, format!("Island {}", n + 1))).collect();
+    islands.labels(surface.volume.grid(), &chosen)
+}
+
+/// What is no skull.
+const REST: &str = "All else";
+
+/// The skull, and all other bone as one part.
+fn skull_and_rest(surface: &Surface, progress: &Progress) -> Result<Labels, PartsError> {
+    const SKULL: u8 = 1;
+    const OTHER: u8 = 2;
+    let skull = keep_the_skull(surface, progress)?.labels;
+    let is_bone = |value: f64| f64::from(surface.sign) * (value - surface.level) >= 0.0;
+    let number = |label: f64, value: f64| match (label > 0.0, is_bone(value)) {
+        (true, _) => SKULL,
+        (false, true) => OTHER,
+        (false, false) => 0,
+    };
+    let samples: Vec<u8> = with_block!(Store::of(skull.volume()).whole(), labels => with_block!(Store::of(&surface.volume).whole(), values => {
+        let both = labels.onward([0; 3]).par_iter().zip(values.onward([0; 3]));
+        both.map(|(label, value)| number(label.to_f64(), value.to_f64())).collect()
+    }));
+    let has_other = samples.par_iter().any(|n| *n == OTHER);
+    let other = has_other.then(|| Part::new(OTHER.into(), REST.to_owned()));
+    let parts = skull.parts().iter().cloned().chain(other).collect();
+    Labels::new(skull.grid().clone(), Samples::U8(samples), parts)
+}
+
+/// Label maps, and the files that they are in.
+pub type Written = Vec<(Labelled, PathBuf)>;
+
+impl Opened {
+    /// Where scans came from, and those that something was measured on.
+    fn all_sources(&mut self) -> impl Iterator<Item = &mut Source> {
+        let origins = self.measurements.iter_mut().filter_map(Measurement::origin_mut);
+        self.sources.iter_mut().chain(origins.flat_map(|origin| &mut origin.scans).map(|scan| &mut scan.source))
+    }
+
+    /// Writes the label maps that are in no file yet beside a session, as `SESSION.SCAN.seg.nrrd`. A file that is there stays: an earlier record may be
+    /// of it.
+    pub fn write_labels(&mut self, session: &Path, written: &mut Written, progress: &Progress) -> Result<(), PartsError> {
+        let stem = session.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        for source in self.all_sources().filter(|source| source.within.is_none()) {
+            let Some(labelled) = &source.labels else { continue };
+            if written.iter().any(|(known, _)| known.is_same_map(labelled)) {
+                continue;
+            }
+            let name = format!("{stem}.{}", safe_name(&source.name()));
+            let named = |n: usize| if n == 1 { format!("{name}.seg.nrrd") } else { format!("{name}-{n}.seg.nrrd") };
+            let free = (1..).map(|n| session.with_file_name(named(n))).find(|file| !file.exists());
+            let Some(file) = free else { continue };
+            labelled.write(&file, progress)?;
+            written.push((labelled.clone(), file));
+        }
+        Ok(())
+    }
+
+    /// Names the files that label maps are in.
+    pub fn name_labels(&mut self, written: &Written) {
+        for source in self.all_sources().filter(|source| source.within.is_none()) {
+            let Some(labelled) = &source.labels else { continue };
+            let file = written.iter().find(|(known, _)| known.is_same_map(labelled)).map(|(_, file)| file.clone());
+            source.within = file.map(|file| labelled.part_of(file));
+        }
+    }
+}
