@@ -2,9 +2,12 @@
 //!
 //! In a cell it is known by its values f at the corners, corner x + 2y + 4z at (x, y, z), and taken at a point p of [0, 1]³.
 
+pub use crate::trilinear::{gradient, value, weighted};
+
 use crate::ray::Ray;
 use crate::store::{AnyBlock, Store};
 use crate::surface::Surface;
+use crate::trilinear::weight;
 use crate::with_block;
 use bregma_volume::{BRICK, IndexPoint, Sample, WorldPoint};
 use glam::{DVec3, IVec3, USizeVec3};
@@ -21,38 +24,6 @@ fn samples(surface: &Surface, cell: USizeVec3) -> [f64; 8] {
 /// At the corners of a cell, given by its lowest sample: how far samples are inside the surface, in sample units; negative outside.
 pub fn corners(surface: &Surface, cell: USizeVec3) -> [f64; 8] {
     samples(surface, cell).map(|sample| f64::from(surface.sign) * (sample - surface.level))
-}
-
-fn mix(a: f64, b: f64, w: f64) -> f64 {
-    a * (1.0 - w) + b * w
-}
-
-/// Its value, mixed along one axis after the other: at a corner exactly what the corner has.
-pub fn value(f: &[f64; 8], p: DVec3) -> f64 {
-    let x = [0, 2, 4, 6].map(|c| mix(f[c], f[c + 1], p.x));
-    mix(mix(x[0], x[1], p.y), mix(x[2], x[3], p.y), p.z)
-}
-
-/// What a corner counts at a point.
-fn weight(corner: usize, p: DVec3) -> f64 {
-    (0..3).map(|a| if corner >> a & 1 == 1 { p[a] } else { 1.0 - p[a] }).product()
-}
-
-/// Its value as the sum of what the corners count. It differs from [`value`] in its last digits only; meshes and uncertainties are made with
-/// it, and keep theirs.
-pub fn weighted(f: &[f64; 8], p: DVec3) -> f64 {
-    (0..8).map(|c| f[c] * weight(c, p)).sum()
-}
-
-/// Its own gradient, per voxel.
-pub fn gradient(f: &[f64; 8], p: DVec3) -> DVec3 {
-    let along = |axis: usize| {
-        // The difference across the axis at the four edges, interpolated in the other two.
-        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-        let edge = |a: usize, b: usize| f[a << u | b << v | 1 << axis] - f[a << u | b << v];
-        mix(mix(edge(0, 0), edge(1, 0), p[u]), mix(edge(0, 1), edge(1, 1), p[u]), p[v])
-    };
-    DVec3::new(along(0), along(1), along(2))
 }
 
 /// Central differences at the samples, interpolated between them: the gradient of the samples, per voxel, that does not jump between cells.

@@ -17,6 +17,7 @@ pub mod solid;
 pub mod spline;
 mod store;
 mod surface;
+mod trilinear;
 mod within;
 
 pub use bounds::Bounds;

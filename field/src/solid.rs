@@ -4,7 +4,7 @@
 //! area, and in each cell its surface along a ray is one more cubic. (Narrow bands of level sets on blocks: Houston and others, "Hierarchical
 //! RLE level set", ACM TOG 25 (2006); Museth, "VDB", ACM TOG 32 (2013).)
 
-use crate::interpolant;
+use crate::trilinear::{gradient, value};
 use bregma_volume::{BRICK, Cancelled, Grid, IndexPoint, Progress};
 use glam::{DVec3, USizeVec3};
 use rayon::prelude::*;
@@ -206,7 +206,7 @@ impl Solid {
         let cell = p.max(DVec3::ZERO).as_usizevec3().min(last);
         let f = self.corners(cell.to_array()).map(|units| f64::from(units) * self.unit_mm);
         let local = (p - cell.as_dvec3()).clamp(DVec3::ZERO, DVec3::ONE);
-        (interpolant::value(&f, local), interpolant::gradient(&f, local))
+        (value(&f, local), gradient(&f, local))
     }
 
     /// On which side the cells of that brick of the grid lie which a cell is of, given by its lowest sample.

@@ -1,18 +1,35 @@
 //! The label map of a scan that is open: its parts, how they are found, which of them are kept, and what that is written as.
 
-use crate::measurement::Measurement;
-use crate::opened::Opened;
-use crate::parts::{PartOf, PartOfError, space};
-use crate::shelf::safe_name;
-use crate::source::Source;
-use bregma_field::{AnyBlock, Progress, Sample, Samples, Store, Surface, Volume, with_block};
-use bregma_parts::{Islands, Labels, Neck, Part, PartsError, keep_the_skull, read, separate, write};
+use bregma_field::{AnyBlock, Progress, Sample, Samples, Solid, Store, Surface, Volume, with_block};
+use bregma_parts::{Islands, Labels, Meant, Neck, Part, PartsError, keep_the_skull, read, separate, write};
 use bregma_renderer::{Color, Layer, Within};
 use glam::DAffine3;
 use rayon::prelude::*;
 use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use thiserror::Error;
+
+/// Why a part of a scan was not found.
+#[derive(Debug, Error)]
+pub enum PartOfError {
+    /// The label map.
+    #[error(transparent)]
+    Parts(#[from] PartsError),
+    /// It has no such part.
+    #[error("{}: has no part called {name}; it has {there}", file.display())]
+    NoPart {
+        /// The label map.
+        file: PathBuf,
+        /// What was asked for.
+        name: String,
+        /// What it has.
+        there: String,
+    },
+    /// It has no parts at all.
+    #[error("{}: has no parts: no sample of it has a number above 0", .0.display())]
+    Empty(PathBuf),
+}
 
 /// A part as a person sees it.
 #[derive(Clone, Debug, PartialEq)]
@@ -138,11 +155,12 @@ impl Labelled {
     }
 
     /// Whether samples and names are the same, whatever is kept.
-    fn is_same_map(&self, other: &Self) -> bool {
+    pub(crate) fn is_same_map(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.labels, &other.labels) && Arc::ptr_eq(&self.parts, &other.parts)
     }
 
-    fn kept(&self) -> impl Iterator<Item = &Listed> {
+    /// The parts that are kept.
+    pub(crate) fn kept(&self) -> impl Iterator<Item = &Listed> {
         self.parts.iter().filter(|part| !self.left_out.contains(&part.number))
     }
 
@@ -161,18 +179,6 @@ impl Labelled {
         };
         let measures = known.is_none_or(|within| within.measures);
         Ok(Some(Within { part, keeps: true, grow_mm, rim_mm, measures, solid: Some(Arc::new(solid)) }))
-    }
-
-    /// What is kept, as a session names it.
-    pub fn part_of(&self, file: PathBuf) -> PartOf {
-        let mut uses = HashMap::new();
-        self.parts.iter().for_each(|part| *uses.entry(part.name.as_str()).or_insert(0) += 1);
-        // A name that several have, or that is read as several, is said by its number.
-        let is_clear = |name: &str| uses[name] == 1 && !name.is_empty() && name.trim() == name && !name.contains(',');
-        let names: Vec<String> =
-            self.kept().map(|part| if is_clear(&part.name) { part.name.clone() } else { part.number.to_string() }).collect();
-        let whole = self.left_out.is_empty();
-        PartOf { file, names: if whole { String::new() } else { names.join(",") }, keeps: true, whole, iso: Some(self.iso) }
     }
 
     /// Writes it; gives a sentence for each thing that the form of the file cannot hold.
@@ -233,41 +239,27 @@ fn skull_and_rest(surface: &Surface, progress: &Progress) -> Result<Labels, Part
     Labels::new(skull.grid().clone(), Samples::U8(samples), parts)
 }
 
-/// Label maps, and the files that they are in.
-pub type Written = Vec<(Labelled, PathBuf)>;
+/// More numbers than these are told apart by a map of two parts: each sample's number is looked for among them.
+const MOST_NUMBERS: usize = 16;
 
-impl Opened {
-    /// Where scans came from, and those that something was measured on.
-    fn all_sources(&mut self) -> impl Iterator<Item = &mut Source> {
-        let origins = self.measurements.iter_mut().filter_map(Measurement::origin_mut);
-        self.sources.iter_mut().chain(origins.flat_map(|origin| &mut origin.scans).map(|scan| &mut scan.source))
+/// The space that belongs to some parts of a scan: bone at the isovalue that has no label is another's.
+pub(crate) fn space(
+    labels: &Labels,
+    numbers: &[u16],
+    grow_mm: f64,
+    (volume, iso): (&Arc<Volume>, f64),
+    progress: &Progress,
+) -> Result<Solid, PartsError> {
+    let bone = Surface::new(volume, iso, DAffine3::IDENTITY).ok();
+    if numbers.len() <= MOST_NUMBERS {
+        return Ok(labels.space_of(Meant { numbers, grow_mm, bone: bone.as_ref() }, progress)?);
     }
-
-    /// Writes the label maps that are in no file yet beside a session, as `SESSION.SCAN.seg.nrrd`. A file that is there stays: an earlier record may be
-    /// of it.
-    pub fn write_labels(&mut self, session: &Path, written: &mut Written, progress: &Progress) -> Result<(), PartsError> {
-        let stem = session.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        for source in self.all_sources().filter(|source| source.within.is_none()) {
-            let Some(labelled) = &source.labels else { continue };
-            if written.iter().any(|(known, _)| known.is_same_map(labelled)) {
-                continue;
-            }
-            let name = format!("{stem}.{}", safe_name(&source.name()));
-            let named = |n: usize| if n == 1 { format!("{name}.seg.nrrd") } else { format!("{name}-{n}.seg.nrrd") };
-            let free = (1..).map(|n| session.with_file_name(named(n))).find(|file| !file.exists());
-            let Some(file) = free else { continue };
-            labelled.write(&file, progress)?;
-            written.push((labelled.clone(), file));
-        }
-        Ok(())
-    }
-
-    /// Names the files that label maps are in.
-    pub fn name_labels(&mut self, written: &Written) {
-        for source in self.all_sources().filter(|source| source.within.is_none()) {
-            let Some(labelled) = &source.labels else { continue };
-            let file = written.iter().find(|(known, _)| known.is_same_map(labelled)).map(|(_, file)| file.clone());
-            source.within = file.map(|file| labelled.part_of(file));
-        }
-    }
+    let mut number_of = vec![2_u8; 1 << 16];
+    number_of[0] = 0;
+    numbers.iter().for_each(|&number| number_of[usize::from(number)] = 1);
+    let theirs = with_block!(Store::of(labels.volume()).whole(), b => {
+        b.onward([0; 3]).par_iter().map(|number| number_of[number.to_f64() as usize]).collect()
+    });
+    let labels = Labels::new(labels.grid().clone(), Samples::U8(theirs), vec![])?;
+    Ok(labels.space_of(Meant { numbers: &[1], grow_mm, bone: bone.as_ref() }, progress)?)
 }

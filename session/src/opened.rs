@@ -3,8 +3,8 @@
 use crate::compare::Compare;
 use crate::film::Film;
 use crate::kind::Kind;
+use crate::labelled::PartOfError;
 use crate::measurement::Measurement;
-use crate::parts::PartOfError;
 use crate::poses::KeptPose;
 use crate::session_file::{Session, SessionError};
 use crate::slices::Slices;

@@ -1,19 +1,15 @@
-//! The part of a scan that is meant: found in a label map, looked at, and measured.
+//! The part of a scan that is meant, as a person or a session names it.
 
-use crate::labelled::Labelled;
-use crate::opened::Opened;
-use bregma_field::{Progress, Sample, Samples, Solid, Store, Surface, Volume, with_block, within};
-use bregma_parts::{Labels, Meant, PartsError};
+use crate::labelled::{Labelled, PartOfError, space};
+use bregma_field::{Progress, Volume};
+use bregma_parts::Labels;
 use bregma_renderer::{Layer, Within};
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 use std::convert::Infallible;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
-use std::sync::{Arc, Mutex, PoisonError, Weak};
-use thiserror::Error;
+use std::sync::Arc;
 
 /// Parts of a scan as a person names them: `FILE#NAME`, of several `FILE#NAME,NAME`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -32,27 +28,6 @@ pub struct PartOf {
     pub iso: Option<f64>,
 }
 
-/// Why a part of a scan was not found.
-#[derive(Debug, Error)]
-pub enum PartOfError {
-    /// The label map.
-    #[error(transparent)]
-    Parts(#[from] PartsError),
-    /// It has no such part.
-    #[error("{}: has no part called {name}; it has {there}", file.display())]
-    NoPart {
-        /// The label map.
-        file: PathBuf,
-        /// What was asked for.
-        name: String,
-        /// What it has.
-        there: String,
-    },
-    /// It has no parts at all.
-    #[error("{}: has no parts: no sample of it has a number above 0", .0.display())]
-    Empty(PathBuf),
-}
-
 impl FromStr for PartOf {
     type Err = Infallible;
 
@@ -63,6 +38,18 @@ impl FromStr for PartOf {
 }
 
 impl PartOf {
+    /// What of a label map in a file is kept, as a session names it.
+    pub fn kept_of(labelled: &Labelled, file: PathBuf) -> Self {
+        let mut uses = HashMap::new();
+        labelled.parts().iter().for_each(|part| *uses.entry(part.name.as_str()).or_insert(0) += 1);
+        // A name that several have, or that is read as several, is said by its number.
+        let is_clear = |name: &str| uses[name] == 1 && !name.is_empty() && name.trim() == name && !name.contains(',');
+        let names: Vec<String> =
+            labelled.kept().map(|part| if is_clear(&part.name) { part.name.clone() } else { part.number.to_string() }).collect();
+        let whole = labelled.left_out().is_empty();
+        Self { file, names: if whole { String::new() } else { names.join(",") }, keeps: true, whole, iso: Some(labelled.iso()) }
+    }
+
     /// The label map, what of the scan of a layer is meant, looked at as the layer says if it does, and what there is to say of the map.
     pub(crate) fn find(&self, volume: &Arc<Volume>, layer: &Layer, progress: &Progress) -> Result<Found, PartOfError> {
         let iso = self.iso.unwrap_or(layer.iso);
@@ -127,64 +114,3 @@ impl PartOf {
 
 /// A label map, what of its scan is kept, and what there is to say of the map.
 type Found = (Labelled, Option<Within>, Vec<String>);
-
-/// More numbers than these are told apart by a map of two parts: each sample's number is looked for among them.
-const MOST_NUMBERS: usize = 16;
-
-/// The space that belongs to some parts of a scan: bone at the isovalue that has no label is another's.
-pub(crate) fn space(
-    labels: &Labels,
-    numbers: &[u16],
-    grow_mm: f64,
-    (volume, iso): (&Arc<Volume>, f64),
-    progress: &Progress,
-) -> Result<Solid, PartsError> {
-    let bone = Surface::new(volume, iso, glam::DAffine3::IDENTITY).ok();
-    if numbers.len() <= MOST_NUMBERS {
-        return Ok(labels.space_of(Meant { numbers, grow_mm, bone: bone.as_ref() }, progress)?);
-    }
-    let mut number_of = vec![2_u8; 1 << 16];
-    number_of[0] = 0;
-    numbers.iter().for_each(|&number| number_of[usize::from(number)] = 1);
-    let theirs = with_block!(Store::of(labels.volume()).whole(), b => {
-        b.onward([0; 3]).par_iter().map(|number| number_of[number.to_f64() as usize]).collect()
-    });
-    let labels = Labels::new(labels.grid().clone(), Samples::U8(theirs), vec![])?;
-    Ok(labels.space_of(Meant { numbers: &[1], grow_mm, bone: bone.as_ref() }, progress)?)
-}
-
-/// A scan, a solid on its samples, and what that leaves of it; each as long as somebody has it.
-type Left = (Weak<Volume>, Weak<Solid>, Weak<Volume>);
-
-/// What solids left of scans: measurements know scans by where they are in memory, so the same must be the same.
-static LEFT: Mutex<Vec<Left>> = Mutex::new(vec![]);
-
-fn left_of(volume: &Arc<Volume>, solid: &Arc<Solid>) -> Arc<Volume> {
-    let mut known = LEFT.lock().unwrap_or_else(PoisonError::into_inner);
-    known.retain(|(volume, solid, left)| [volume.strong_count(), solid.strong_count(), left.strong_count()].iter().all(|n| *n > 0));
-    let is_same = |(v, s, _): &&Left| v.as_ptr() == Arc::as_ptr(volume) && s.as_ptr() == Arc::as_ptr(solid);
-    if let Some(left) = known.iter().find(is_same).and_then(|(.., left)| left.upgrade()) {
-        return left;
-    }
-    let left = Arc::new(within(volume, solid));
-    known.push((Arc::downgrade(volume), Arc::downgrade(solid), Arc::downgrade(&left)));
-    left
-}
-
-impl Opened {
-    /// What is measured: of scans of which a part is meant, what lies in it, as scans of their own.
-    pub fn measured(&self) -> Cow<'_, Self> {
-        let solid_of = |layer: &Layer| layer.within.as_ref().filter(|within| within.measures).and_then(|within| within.solid.clone());
-        if self.scene.layers.iter().all(|layer| solid_of(layer).is_none()) {
-            return Cow::Borrowed(self);
-        }
-        let mut measured = self.clone();
-        for (volume, layer) in measured.volumes.iter_mut().zip(&mut measured.scene.layers) {
-            if let Some(solid) = solid_of(layer) {
-                *volume = left_of(volume, &solid);
-                layer.within = None;
-            }
-        }
-        Cow::Owned(measured)
-    }
-}

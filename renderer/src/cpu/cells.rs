@@ -4,7 +4,7 @@
 
 use super::brick::{FAR, Hit, InBrick, Met, Pace, least};
 use super::volume::Field;
-use super::within;
+use super::within::{self, NO_PART, Parts};
 use crate::lanes::{Floats, Ints, Mask, Vecs, axes, lerp};
 use crate::roots::{self, Entry, Method, spline, voxels};
 use fearless_simd::Simd;
@@ -139,6 +139,27 @@ impl<S: Simd> CellPass<S> {
         self.there = (self.there & !of) | (new.there & of);
     }
 
+    /// What of it lies within a solid: the second of the parts in the lanes of `is_second`, and the first in others; and which have another behind it.
+    #[inline(always)]
+    fn within(mut self, parts: &Parts<S>, is_second: Mask<S>) -> (Self, Mask<S>) {
+        let part = parts.part(is_second);
+        let (begins_later, ends_sooner) = (part[0].simd_gt(0.0), part[1].simd_lt(1.0));
+        let (start, end) = (lerp(&self.start, &self.end, part[0]), lerp(&self.start, &self.end, part[1]));
+        let length = self.t[1] - self.t[0];
+        let t = [self.t[0] + part[0] * length, self.t[0] + part[1] * length];
+        let s = [self.s[0] + (t[0] - self.t[0]), self.s[1] - (self.t[1] - t[1])];
+        self.start = axes!(a => begins_later.select(start[a], self.start[a]));
+        self.end = axes!(a => ends_sooner.select(end[a], self.end[a]));
+        self.t = [begins_later.select(t[0], self.t[0]), ends_sooner.select(t[1], self.t[1])];
+        self.s = [begins_later.select(s[0], self.s[0]), ends_sooner.select(s[1], self.s[1])];
+        self.s[1] = self.s[1].max(self.s[0]);
+        self.is_first &= !begins_later;
+        self.at_face = begins_later | (parts.first_at_face & !is_second);
+        self.there &= part[0].simd_lt(NO_PART);
+        let again = self.there & !is_second & parts.have_second();
+        (self, again)
+    }
+
     /// Ends where nothing more is asked for.
     #[inline(always)]
     pub fn until(mut self, s_max: Floats<S>) -> Self {
@@ -185,12 +206,12 @@ pub(super) fn cross_cell<S: Simd>(
     let whole = CellPass { cell: corner, f, start, end, s, t: [t, t_exit], is_first, at_face: Mask::splat(simd, false), there: of };
     let Some(parts) = field.solid.and_then(
         #[inline(always)]
-        |solid| within::parts(simd, solid, &whole, of),
+        |solid| within::parts(simd, solid, &whole.cell, [&whole.start, &whole.end], of),
     ) else {
         place.step(pace, t_exit, &axis, of);
         return whole;
     };
-    let (part, again) = parts.take(whole, place.is_second);
+    let (part, again) = whole.within(&parts, place.is_second);
     place.step(pace, t_exit, &axis, of & !again);
     place.is_second |= of & again;
     part

@@ -19,6 +19,7 @@ mod nearest;
 pub(crate) mod packets;
 pub(crate) mod project;
 mod ray;
+pub(crate) mod rim;
 pub(crate) mod samples;
 pub(crate) mod segments;
 mod shade;

@@ -2,9 +2,7 @@
 //!
 //! The twin of `shaders/within.wgsl`.
 
-use super::cells::CellPass;
-use super::gradient::gradient;
-use crate::lanes::{Floats, Ints, LANES, Mask, Vecs, axes, dot, lerp, numbers};
+use crate::lanes::{Floats, Ints, LANES, Mask, Vecs, numbers};
 use crate::roots::bernstein::bernstein;
 use crate::roots::cubic::{refine, turning_points, value};
 use crate::roots::{inside, trilinear};
@@ -29,12 +27,12 @@ pub(super) struct Parts<S: Simd> {
     first: [Floats<S>; 2],
     second: [Floats<S>; 2],
     /// Which begin at a face of the solid, and not where they come from a cell that lies in it.
-    first_at_face: Mask<S>,
+    pub first_at_face: Mask<S>,
 }
 
 /// In units, how far within the solid the corners of cells are; and which of these are of bricks that its surface may pass.
 #[inline(always)]
-fn corners<S: Simd>(simd: S, solid: &Solid, cell: &[Ints<S>; 3], of: Mask<S>) -> (Mask<S>, [Floats<S>; 8]) {
+pub(super) fn corners<S: Simd>(simd: S, solid: &Solid, cell: &[Ints<S>; 3], of: Mask<S>) -> (Mask<S>, [Floats<S>; 8]) {
     let cell = cell.map(Ints::to_array);
     let (mut bits, mut units) = (0, [[0.0; LANES]; 8]);
     for lane in numbers(of) {
@@ -51,24 +49,24 @@ fn corners<S: Simd>(simd: S, solid: &Solid, cell: &[Ints<S>; 3], of: Mask<S>) ->
     (Mask::from_bitmask(simd, bits), [load(0), load(1), load(2), load(3), load(4), load(5), load(6), load(7)])
 }
 
-/// The parts of the ways of `of`; none where the surface of the solid passes no cell of them.
+/// The parts of the ways of `of` through cells, from start to end; none where the surface of the solid passes no cell of them.
 #[inline(always)]
-pub(super) fn parts<S: Simd>(simd: S, solid: &Solid, pass: &CellPass<S>, of: Mask<S>) -> Option<Parts<S>> {
+pub(super) fn parts<S: Simd>(simd: S, solid: &Solid, cell: &[Ints<S>; 3], ways: [&Vecs<S>; 2], of: Mask<S>) -> Option<Parts<S>> {
     // Compiled by itself and called.
     simd.vectorize(
         #[inline(always)]
-        || parts_of(simd, solid, pass, of),
+        || parts_of(simd, solid, cell, ways, of),
     )
 }
 
 #[inline(always)]
-fn parts_of<S: Simd>(simd: S, solid: &Solid, pass: &CellPass<S>, of: Mask<S>) -> Option<Parts<S>> {
-    let (near, f) = corners(simd, solid, &pass.cell, of);
+fn parts_of<S: Simd>(simd: S, solid: &Solid, cell: &[Ints<S>; 3], [start, end]: [&Vecs<S>; 2], of: Mask<S>) -> Option<Parts<S>> {
+    let (near, f) = corners(simd, solid, cell, of);
     if !near.any_true() {
         return None;
     }
     let [zero, one, none] = [0.0, 1.0, NO_PART].map(|v| Floats::splat(simd, v));
-    let b = bernstein(&f, &pass.start, &pass.end);
+    let b = bernstein(&f, start, end);
     // Between two of these the cubic does not turn.
     let [low, high] = turning_points(simd, &b);
     let mut roots = [none; 3];
@@ -101,41 +99,17 @@ fn parts_of<S: Simd>(simd: S, solid: &Solid, pass: &CellPass<S>, of: Mask<S>) ->
 }
 
 impl<S: Simd> Parts<S> {
-    /// What of `pass`, from t[0] to t[1], is the second part in the lanes of `is_second`, and the first in others; and which have another behind it.
+    /// From where to where the second part goes in the lanes of `is_second`, and the first in others.
     #[inline(always)]
-    pub fn take(&self, mut pass: CellPass<S>, is_second: Mask<S>) -> (CellPass<S>, Mask<S>) {
-        let part = [0, 1].map(
-            #[inline(always)]
-            |end| is_second.select(self.second[end], self.first[end]),
-        );
-        let (begins_later, ends_sooner) = (part[0].simd_gt(0.0), part[1].simd_lt(1.0));
-        let (start, end) = (lerp(&pass.start, &pass.end, part[0]), lerp(&pass.start, &pass.end, part[1]));
-        let length = pass.t[1] - pass.t[0];
-        let t = [pass.t[0] + part[0] * length, pass.t[0] + part[1] * length];
-        let s = [pass.s[0] + (t[0] - pass.t[0]), pass.s[1] - (pass.t[1] - t[1])];
-        pass.start = axes!(a => begins_later.select(start[a], pass.start[a]));
-        pass.end = axes!(a => ends_sooner.select(end[a], pass.end[a]));
-        pass.t = [begins_later.select(t[0], pass.t[0]), ends_sooner.select(t[1], pass.t[1])];
-        pass.s = [begins_later.select(s[0], pass.s[0]), ends_sooner.select(s[1], pass.s[1]).max(pass.s[0])];
-        pass.is_first &= !begins_later;
-        pass.at_face = begins_later | (self.first_at_face & !is_second);
-        pass.there &= part[0].simd_lt(NO_PART);
-        let again = pass.there & !is_second & self.second[0].simd_lt(NO_PART);
-        (pass, again)
+    pub fn part(&self, is_second: Mask<S>) -> [Floats<S>; 2] {
+        [is_second.select(self.second[0], self.first[0]), is_second.select(self.second[1], self.first[1])]
     }
-}
 
-/// How far points of cells are within the solid, in units, and how that changes per voxel; in the lanes of `of` near its surface, which are said.
-#[inline(always)]
-pub(super) fn distance_and_gradient<S: Simd>(
-    simd: S,
-    solid: &Solid,
-    cell: &[Ints<S>; 3],
-    local: &Vecs<S>,
-    of: Mask<S>,
-) -> (Mask<S>, Floats<S>, Vecs<S>) {
-    let (near, f) = corners(simd, solid, cell, of);
-    (near, trilinear(&f, local), gradient(&f, local))
+    /// Which have a second part.
+    #[inline(always)]
+    pub fn have_second(&self) -> Mask<S> {
+        self.second[0].simd_lt(NO_PART)
+    }
 }
 
 /// Which points of cells lie within the solid, of those of `of`.
@@ -149,28 +123,4 @@ pub(super) fn holds<S: Simd>(simd: S, solid: &Solid, cell: &[Ints<S>; 3], local:
         bits |= u64::from(solid.side_at(cell) == Side::Inside) << lane;
     }
     Mask::from_bitmask(simd, bits) | (near & inside(trilinear(&f, local)))
-}
-
-/// Normals where a solid cuts bone: its own at its face, and within `rim_units` behind it a blend with the surface's, both in index space and toward
-/// the viewer, who looks along `direction`. (The 2006 thesis, section 5.3, blends as far.)
-#[inline(always)]
-pub(crate) fn rim<S: Simd>(
-    simd: S,
-    (solid, rim_units): (&Solid, f32),
-    (cell, local): (&[Ints<S>; 3], &Vecs<S>),
-    surface: &Vecs<S>,
-    (direction, at_face): (&Vecs<S>, Mask<S>),
-    of: Mask<S>,
-) -> Vecs<S> {
-    let (near, distance, gradient) = distance_and_gradient(simd, solid, cell, local, of);
-    let share = at_face.select(Floats::splat(simd, 0.0), (distance / rim_units.max(f32::MIN_POSITIVE)).max(0.0).min(1.0));
-    let unit = |v: &Vecs<S>| {
-        let length = dot(v, v).sqrt();
-        let away = dot(v, direction).simd_gt(0.0);
-        let factor = length.simd_gt(0.0).select(away.select(-1.0 / length, 1.0 / length), Floats::splat(simd, 0.0));
-        axes!(a => v[a] * factor)
-    };
-    let (own, bone) = (unit(&gradient), unit(surface));
-    let blends = near & (at_face | share.simd_lt(1.0));
-    axes!(a => blends.select(own[a] * (1.0 - share) + bone[a] * share, surface[a]))
 }

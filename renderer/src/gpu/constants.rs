@@ -1,8 +1,7 @@
 //! The numbers that both languages know, written for the shaders from Rust's own: each stands, with its reason, where the CPU uses it.
 
 use super::blocks::BLOCK_PIXELS;
-use super::layout::{MASKS_ACROSS, UNFINISHED};
-use super::solids::{NO_SOLID, SOLID_BOTH};
+use super::layout::{MASKS_ACROSS, NO_SOLID, SOLID_BOTH, UNFINISHED};
 use crate::appearance::FACE_COLORS;
 use crate::color::{self, srgb};
 use crate::cpu::{brick, dvr, dvr_exact, dvr_steps, faces, gauss, let_through, project, segments, slice as plane, within};

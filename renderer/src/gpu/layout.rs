@@ -10,6 +10,12 @@ pub(super) const UNFINISHED: u32 = 2;
 /// Masks in a row of their texture, whose width any adapter has: see `shaders/brick.wgsl`.
 pub(crate) const MASKS_ACROSS: usize = 512;
 
+/// What stands for the place of a solid's sides where a volume has none.
+pub(crate) const NO_SOLID: u32 = u32::MAX;
+
+/// Sides as the shader knows them.
+pub(crate) const SOLID_BOTH: u32 = 2;
+
 /// `PixelAffine` of `shaders/line.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]

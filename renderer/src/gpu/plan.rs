@@ -2,9 +2,9 @@
 
 use super::blocks::{self, BLOCK_PIXELS};
 use super::buffers::{HIT_BYTES, Pixel, filled_buffer};
-use super::layout::{Block, Pair, Part, PixelAffinePairs, ShadeLayer, ShadeParams, TraceParams, padded, padded_matrix};
+use super::layout::{Block, NO_SOLID, Pair, Part, PixelAffinePairs, ShadeLayer, ShadeParams, TraceParams, padded, padded_matrix};
 use super::shader::{Component, Reads};
-use super::solids::{NO_SOLID, Solids};
+use super::solids::Solids;
 use super::{BATCH, GpuError, GpuRenderer, upload};
 use crate::frame::{Frame, FrameLayer};
 use crate::picture::MOST_VOLUMES;

@@ -2,15 +2,10 @@
 
 use super::buffers::filled_buffer;
 use super::device::{Gpu, GpuError};
+use super::layout::{NO_SOLID, SOLID_BOTH};
 use bregma_field::Solid;
 use bregma_field::solid::Side;
 use std::sync::Arc;
-
-/// What stands for the place of a solid's sides where a volume has none.
-pub(crate) const NO_SOLID: u32 = u32::MAX;
-
-/// Sides as the shader knows them.
-pub(crate) const SOLID_BOTH: u32 = 2;
 
 fn number_of(side: Side) -> u8 {
     match side {

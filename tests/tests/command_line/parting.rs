@@ -7,7 +7,7 @@ fn dumbbell() -> Vec<i16> {
     let is_bone = |n: i32| {
         let [x, y, z] = [n % 16, n / 16 % 16, n / 256].map(f64::from);
         let ball = |at: f64, radius: f64| ((x - at).powi(2) + (y - 8.0).powi(2) + (z - 8.0).powi(2)).sqrt() <= radius;
-        ball(4.0, 3.2) || ball(11.0, 3.2) || (y == 8.0 && z == 8.0 && (4.0..11.0).contains(&x)) || (x == 0.0 && y == 0.0 && z == 15.0)
+        ball(4.0, 2.9) || ball(11.0, 2.9) || (y == 8.0 && z == 8.0 && (4.0..11.0).contains(&x)) || (x == 0.0 && y == 0.0 && z == 15.0)
     };
     (0..4096).map(|n| if is_bone(n) { 1000 } else { -1000 }).collect()
 }

@@ -18,7 +18,7 @@ fn balls() -> Vec<i16> {
 fn volume_mm3(d: &Path, line: &str) -> f64 {
     ok(d, &format!("{line} --out volumes.json"));
     let record: Value = serde_json::from_str(&std::fs::read_to_string(d.join("volumes.json")).unwrap()).unwrap();
-    find(&record, "value").or_else(|| find(&record, "volume_mm3")).unwrap_or_else(|| panic!("{record}"))
+    find(&record, "volume_mm3").unwrap_or_else(|| panic!("{record}"))
 }
 
 /// The first number of that name anywhere in a record.

@@ -8,7 +8,7 @@ use super::super::words::in_the_window;
 use bregma_field::{Progress, Volume};
 use bregma_measure::numbers::{fixed, significant, suffix};
 use bregma_renderer::{Layer, Within};
-use bregma_session::{How, Labelled, Listed, PartOfError};
+use bregma_session::{How, Labelled, Listed, PartOf, PartOfError};
 use egui::{Align, Button, Checkbox, Context, DragValue, Key, Label, Layout, RichText, ScrollArea, Sense, TextEdit, Ui, vec2};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -304,7 +304,7 @@ fn take(bench: &mut Bench, parted: Parted) -> Result<(), String> {
         return Err("The scan whose parts were looked for was changed or closed meanwhile: look for them again.".into());
     };
     let (source, layer) = (&mut opened.sources[n], &mut opened.scene.layers[n]);
-    source.within = parted.file.map(|file| parted.labelled.part_of(file));
+    source.within = parted.file.map(|file| PartOf::kept_of(&parted.labelled, file));
     (source.labels, layer.within) = (Some(parted.labelled), parted.within);
     parted.notes.into_iter().for_each(|note| bench.messages.note(note));
     Ok(())
