@@ -16,6 +16,9 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
+/// Where the person's answer comes from, and what is saved there; none where it is opened.
+type Asked = (Receiver<(Context, PathBuf)>, Option<Labelled>);
+
 /// The panel.
 pub struct PartsPanel {
     /// Number of the scan.
@@ -25,7 +28,7 @@ pub struct PartsPanel {
     /// The parts that are to be left out, while what is kept is worked out; and since when.
     wanted: Option<(BTreeSet<u16>, Instant)>,
     /// A file that was asked for, and what is written to it; else it is read.
-    asked: Option<(Receiver<(Context, PathBuf)>, Option<Labelled>)>,
+    asked: Option<Asked>,
     /// The part whose name is being typed.
     naming: Option<(u16, String)>,
     /// Only what is seen is of the parts that are kept.
