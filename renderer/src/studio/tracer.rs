@@ -103,6 +103,7 @@ impl Tracer {
             return Err(RenderError::NoPixels { width, height });
         }
         scene.check()?;
+        scene.check_parts()?;
         let studio = scene.studio.clone().ok_or(StudioError::Absent)?;
         studio.check()?;
         let volumes = cache.shown(volumes, scene, studio.smooth_voxel);
