@@ -109,10 +109,10 @@ enum Tab {
     Rays,
     Landmarks,
     Section,
+    Parts,
     Thickness,
     Differences,
     Volumes,
-    Parts,
     Register,
 }
 
@@ -207,6 +207,13 @@ const PANELS: [Panel; 21] = [
         ..PLAIN
     },
     Panel {
+        place: Place::Right(Tab::Parts, "Parts"),
+        commands: &[Command::new(Menu::Measure, "Parts…", &[], |p, _, _| p.open(Tab::Parts))],
+        poll: |p, bench| p.parts.poll(bench),
+        show: |p, bench, ui| p.parts.show(ui, bench),
+        ..PLAIN
+    },
+    Panel {
         place: Place::Right(Tab::Thickness, "Thickness"),
         commands: &[Command::new(Menu::Measure, "Thickness map…", &[], |p, _, _| p.open(Tab::Thickness))],
         poll: |p, _| p.thickness.poll(),
@@ -227,13 +234,6 @@ const PANELS: [Panel; 21] = [
         commands: &[Command::new(Menu::Measure, "Volumes…", &[], |p, _, _| p.open(Tab::Volumes))],
         poll: |p, bench| p.volumes.poll(bench),
         show: |p, bench, ui| p.volumes.show(ui, bench),
-        ..PLAIN
-    },
-    Panel {
-        place: Place::Right(Tab::Parts, "Parts"),
-        commands: &[Command::new(Menu::Measure, "Parts…", &[], |p, _, _| p.open(Tab::Parts))],
-        poll: |p, bench| p.parts.poll(bench),
-        show: |p, bench, ui| p.parts.show(ui, bench),
         ..PLAIN
     },
     Panel {
