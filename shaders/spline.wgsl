@@ -119,7 +119,7 @@ fn value_and_slope(b: Bernstein, u: f32) -> vec2<f32> {
 }
 
 // The only entry in (0, 1), from outside at 0 to inside at 1.
-fn refine(b: Bernstein) -> f32 {
+fn refine_spline(b: Bernstein) -> f32 {
     var low = 0.0;
     var high = 1.0;
     var u = clamp(b[0] / (b[0] - b[9]), low, high);
@@ -169,7 +169,7 @@ fn entry_in(way: CellPass) -> f32 {
         let is_least = length <= SPLINE_LEAST;
         let ends_inside = inside(part[9]);
         if ends_inside && (changes == 1 || is_least) {
-            return low + length * refine(part);
+            return low + length * refine_spline(part);
         }
         if changes == 0 || (is_least && !ends_inside) {
             low += length;

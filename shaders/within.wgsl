@@ -1,7 +1,7 @@
 // What of a ray's way through a cell lies within the solid that a volume is cut by, and the faces that this leaves.
 // The twin of renderer/src/cpu/within.rs.
 
-#import constants, volume, interpolant, bernstein, cubic, gradient
+#import constants, volume, interpolant, bernstein, cubic
 
 // For each solid the sides of bricks, four to a number; for each block of samples 0 where it is outside, 1 inside, and else 2 and the number of its
 // distances; and these, two to a number.

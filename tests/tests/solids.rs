@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
 use bregma_field::{Bounds, Grid, IndexPoint, Progress, Solid, Volume};
-use bregma_renderer::{Camera, CpuRenderer, GpuRenderer, Mode, Named, Renderer, Scene, Within};
+use bregma_renderer::{Camera, CpuRenderer, GpuRenderer, Mode, Named, Reconstruction, Renderer, Scene, Within};
 use bregma_synthetic::analytic::{Sphere, sampled};
 use bregma_synthetic::{Random, Which, skull};
 use bregma_tests::{Exactness, color_difference};
@@ -180,9 +180,10 @@ fn every_mode_is_cut_alike_on_both_renderers() {
     let (mut cpu, mut gpu) = (CpuRenderer::default(), GpuRenderer::new(true).expect("a software Vulkan driver is installed by tests/run"));
     let off = middle(&grid) + DVec3::new(4.0, -3.0, 2.0);
     let solid = Arc::new(Solid::of(&grid, |p| 8.0 - (grid.world(p).0 - off).length()));
-    for &mode in Mode::ALL {
+    let modes = Mode::ALL.iter().map(|mode| (*mode, Reconstruction::Trilinear));
+    for (mode, reconstruction) in modes.chain([(Mode::Iso, Reconstruction::Spline), (Mode::Iso, Reconstruction::Nearest)]) {
         for shadows in [false, true] {
-            let mut scene = Scene { mode, shadows, ..Scene::of(volumes) };
+            let mut scene = Scene { mode, shadows, reconstruction, ..Scene::of(volumes) };
             scene.layers[0].iso = 0.0;
             scene.camera = Camera::orbit(&Bounds::of([&grid]), 30.0, 20.0);
             let whole = cpu.render(volumes, &scene, 96, 96).unwrap();
@@ -190,7 +191,7 @@ fn every_mode_is_cut_alike_on_both_renderers() {
             let [a, b] = [cpu.render(volumes, &scene, 96, 96), gpu.render(volumes, &scene, 96, 96)].map(Result::unwrap);
             let unlike = |a: &[[u8; 4]], b: &[[u8; 4]]| a.iter().zip(b).filter(|(a, b)| color_difference(**a, **b) > 2).count();
             let (twins, cut) = (unlike(&a.rgba, &b.rgba), unlike(&a.rgba, &whole.rgba));
-            println!("{mode:?}, shadows {shadows}: {twins} pixels differ between cpu and gpu, {cut} from the whole");
+            println!("{mode:?}, {reconstruction:?}, shadows {shadows}: {twins} pixels differ between cpu and gpu, {cut} from the whole");
             assert!(twins * 200 <= a.rgba.len(), "{mode:?}: {twins} pixels differ");
             assert!(cut > 100, "{mode:?}: nothing is cut");
         }
