@@ -13,6 +13,9 @@ use rayon::prelude::*;
 /// Samples along each side of what is worked on at a time.
 const TILE: usize = 4 * BRICK;
 
+/// How far all cells around a sample reach, in diagonals of a cell, and more than rounding beyond: their corners must not be changed.
+const REACH_DIAGONALS: f64 = 1.001;
+
 /// Whose a sample is.
 #[derive(Clone, Copy, PartialEq)]
 enum Whose {
@@ -38,7 +41,7 @@ impl Labels {
         let grid = self.grid();
         let (dims, spacing_mm) = (grid.dims(), grid.spacing_mm());
         let finest_mm = spacing_mm.min_element();
-        let reach_mm = spacing_mm.length() + meant.grow_mm;
+        let reach_mm = REACH_DIAGONALS * spacing_mm.length() + meant.grow_mm;
         // Beyond the band nothing need be known but the side.
         let apron = (DVec3::splat(reach_mm.max(0.0) + Solid::band_mm(grid)) / spacing_mm).ceil().as_usizevec3();
         let work = Work { labels: self, meant, dims: dims.into(), spacing_mm, finest_mm, reach_mm, apron };
@@ -262,7 +265,7 @@ mod tests {
                 let at = [n % dims[0], n / dims[0] % dims[1], n / (dims[0] * dims[1])];
                 let p = DVec3::from(at.map(|i| i as f64)) * spacing;
                 let nearest = |of: &[DVec3]| of.iter().map(|q| q.distance(p)).fold(f64::INFINITY, f64::min);
-                let exact = (spacing.length() + grow_mm - nearest(&own)).min((nearest(&other) - nearest(&own)) / 2.0);
+                let exact = (REACH_DIAGONALS * spacing.length() + grow_mm - nearest(&own)).min((nearest(&other) - nearest(&own)) / 2.0);
                 let found = f64::from(solid.units_at(at)) * solid.unit_mm();
                 if nearest(&own) > 0.0 && exact.abs() < band_mm {
                     worst = worst.max((found - exact).abs() / 0.7);
