@@ -8,8 +8,8 @@ use rayon::prelude::*;
 /// `volume` with its lowest value, or the highest where a negative slope turns values round, at all samples outside of a solid on its samples: what
 /// lies within is as it was, cells that the solid's surface passes aside.
 ///
-/// Where that surface passes through no bone, as between islands, so is the bone's surface to the last bit; where it cuts bone, the cut is as rough as
-/// samples are.
+/// Where that surface passes through no cell that bone reaches, as between islands more than two voxels apart, so is the bone's surface to the last bit;
+/// where it cuts bone, or passes nearer, surfaces there are off by up to a voxel.
 ///
 /// # Panics
 /// Where the solid was made for a grid of another size.

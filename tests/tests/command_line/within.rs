@@ -3,13 +3,13 @@
 use super::*;
 use bregma_synthetic::Random;
 
-/// Two balls that do not touch, each with a density of its own, in air that is noisy.
+/// Two balls three samples apart, in air that is noisy.
 fn balls() -> Vec<i16> {
     let mut r = Random(3);
     let value = |n: i32, noise: f64| {
         let [x, y, z] = [n % 16, n / 16 % 16, n / 256].map(f64::from);
         let ball = |at: [f64; 3], radius: f64| radius - ((x - at[0]).powi(2) + (y - at[1]).powi(2) + (z - at[2]).powi(2)).sqrt();
-        let (a, b) = (ball([4.0, 8.0, 8.0], 3.3), ball([11.5, 8.0, 8.0], 2.8));
+        let (a, b) = (ball([4.0, 8.0, 8.0], 3.3), ball([12.5, 8.0, 8.0], 2.3));
         (1000.0 * a.max(b).clamp(-1.0, 1.0) + 20.0 * noise) as i16
     };
     (0..4096).map(|n| value(n, r.unit())).collect()
