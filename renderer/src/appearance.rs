@@ -1,8 +1,9 @@
 //! What a layer of a picture looks like.
 
 use crate::color::Color;
+use crate::layer::{Layer, Shell};
 use crate::modes::Gather;
-use crate::scene::{CutFace, Integrator, Layer, Scene, Shell, Window};
+use crate::scene::{CutFace, Integrator, Scene, Window};
 use crate::transfer::classify;
 use bregma_field::{Surface, Unit, Volume};
 use glam::{Vec3, Vec4};

@@ -1,6 +1,7 @@
 //! When two surfaces are one, and how far apart they are when the picture says so in colours.
 
-use crate::scene::{Layer, Scene};
+use crate::layer::Layer;
+use crate::scene::Scene;
 use bregma_field::{Bounds, Covariance, Volume};
 use glam::DVec3;
 use std::sync::Arc;

@@ -13,6 +13,7 @@ mod frame;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod lanes;
+mod layer;
 mod modes;
 mod named;
 mod picture;
@@ -33,13 +34,12 @@ pub use cpu::CpuRenderer;
 pub use fearless_simd::Level as InstructionSet;
 #[cfg(feature = "gpu")]
 pub use gpu::{GpuError, GpuRenderer};
+pub use layer::{Layer, Shell, Within};
 pub use modes::{Gather, Mode, RayValue, Setting};
 pub use named::Named;
 pub use picture::{MOST_VOLUMES, Picture};
 pub use roots::{PerVoxel, Solver, Steps};
-pub use scene::{
-    BACKGROUND, CutFace, Integrator, Layer, Light, Normals, PER_VOXEL, Reconstruction, Scene, SceneError, Shell, Window, Within,
-};
+pub use scene::{BACKGROUND, CutFace, Integrator, Light, Normals, PER_VOXEL, Reconstruction, Scene, SceneError, Window};
 pub use skip::DistanceMap;
 pub use slice::{BodyPlane, Contour, Slab, Slice, WIDEST_CONTOUR_PX, stroke, view_of_plane};
 pub use still::{MOST_SAMPLES, Still};
