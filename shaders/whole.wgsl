@@ -1,12 +1,6 @@
 // Stands for within.wgsl where no volume of a pass is cut by a solid.
 
-struct WayPart {
-    from_u: f32,
-    to_u: f32,
-    at_face: bool,
-    is_there: bool,
-    has_more: bool,
-}
+#import way_part
 
 fn part_within(cell: vec3<i32>, start: vec3<f32>, end: vec3<f32>, is_second: bool) -> WayPart {
     return WayPart(0.0, 1.0, false, true, false);

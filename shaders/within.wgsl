@@ -1,22 +1,11 @@
 // What of a ray's way through a cell lies within the solid that a volume is cut by, and the faces that this leaves.
 // The twin of renderer/src/cpu/within.rs.
 
-#import constants, volume, interpolant, bernstein, cubic
+#import constants, way_part, volume, interpolant, bernstein, cubic
 
 // For each solid the sides of bricks, four to a number; for each block of samples 0 where it is outside, 1 inside, and else 2 and the number of its
 // distances; and these, two to a number.
 @group(0) @binding(SOLIDS) var<storage, read> solids: array<u32>;
-
-// A part of a way from u to u of [0, 1].
-struct WayPart {
-    from_u: f32,
-    to_u: f32,
-    // It begins at a face of the solid.
-    at_face: bool,
-    is_there: bool,
-    // There is another behind it.
-    has_more: bool,
-}
 
 // On which side the cells of a cell's brick lie.
 fn side_at(cell: vec3<i32>) -> u32 {

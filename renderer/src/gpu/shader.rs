@@ -84,6 +84,7 @@ modules![
     "volume",
     "voxels",
     "walk",
+    "way_part",
     "whole",
     "within",
 ];
