@@ -30,8 +30,17 @@ pub const INSIDE: u32 = 1;
 /// Numbers from here on count blocks with distances.
 pub const FIRST: u32 = 2;
 
-/// Blocks that are made at a time: some megabytes.
-const AT_ONCE: usize = 8192;
+/// Samples along each side of what a solid is made of at a time.
+pub const TILE: usize = 4 * BRICK;
+
+/// What is known of a tile of samples.
+#[derive(Clone, Debug)]
+pub enum Tile {
+    /// All of them lie inside, or outside, and farther from the surface than the band.
+    Side(bool),
+    /// How far within each sample is, i fastest, mm, positive inside.
+    Distances(Vec<f32>),
+}
 
 /// A region of space, on the samples of a grid.
 #[derive(Clone, PartialEq)]
@@ -66,74 +75,61 @@ impl fmt::Debug for Solid {
 }
 
 impl Solid {
-    /// Of how far within it points of index space are, mm, positive inside: a function that changes by at most a mm per mm.
+    /// Of how far within it points of index space are, mm, positive inside.
     pub fn of(grid: &Grid, distance_mm: impl Fn(IndexPoint) -> f64 + Sync) -> Self {
-        let reach_mm = (grid.index_to_world().matrix3 * DVec3::splat(BRICK as f64 / 2.0))
-            .length()
-            .max(grid.spacing_mm().length() * BRICK as f64 / 2.0);
-        let middle = DVec3::splat((BRICK - 1) as f64 / 2.0);
-        let at = |p: DVec3| distance_mm(IndexPoint(p));
-        let side = |corner: USizeVec3, band_mm: f64| {
-            let far = at(corner.as_dvec3() + middle);
-            (far.abs() > reach_mm + band_mm).then_some(far > 0.0)
+        let tile = |first: USizeVec3, size: USizeVec3| {
+            let at = |n: usize| first + USizeVec3::from(place_of(n, size.to_array()));
+            Tile::Distances((0..size.element_product()).map(|n| distance_mm(IndexPoint(at(n).as_dvec3())) as f32).collect())
         };
-        Self::build(grid, &Progress::default(), side, |sample| at(sample.as_dvec3())).expect("nobody cancels it")
+        Self::of_tiles(grid, &Progress::default(), tile).expect("nobody cancels it")
     }
 
-    /// Of the distance of each sample, i fastest, mm, positive inside.
+    /// Tile by tile, of each of which `tile` is told the first sample and how many samples it has along each axis: [`TILE`], or what the grid has left.
+    /// `progress` counts tiles.
     ///
     /// # Panics
     /// Where there are not as many distances as samples.
-    pub fn of_distances(grid: &Grid, distances_mm: &[f32], progress: &Progress) -> Result<Self, Cancelled> {
-        let [nx, ny, nz] = grid.dims();
-        assert_eq!(distances_mm.len(), nx * ny * nz, "a distance for each sample");
-        Self::build(grid, progress, |_, _| None, |at| f64::from(distances_mm[(at.z * ny + at.y) * nx + at.x]))
-    }
-
-    /// Block by block: the side that `side` knows of a block whose first sample this is, if all of it is farther than the band, or the distances
-    /// of its samples.
-    fn build(
-        grid: &Grid,
-        progress: &Progress,
-        side: impl Fn(USizeVec3, f64) -> Option<bool> + Sync,
-        distance_mm: impl Fn(USizeVec3) -> f64 + Sync,
-    ) -> Result<Self, Cancelled> {
-        let dims = grid.dims();
+    pub fn of_tiles(grid: &Grid, progress: &Progress, tile: impl Fn(USizeVec3, USizeVec3) -> Tile + Sync) -> Result<Self, Cancelled> {
+        let dims = USizeVec3::from(grid.dims());
         let (band_mm, unit_mm) = (Self::band_mm(grid), FARTHEST_DIAGONALS * diagonal_mm(grid) / f64::from(i16::MAX));
-        let (count, last) = (blocks_of(dims), USizeVec3::from(dims) - 1);
-        let whole = |inside: bool| if inside { INSIDE } else { OUTSIDE };
+        let tiles = grid.dims().map(|n| n.div_ceil(TILE));
+        progress.begin(tiles.iter().product::<usize>() as u64);
         let one = |n: usize| {
             progress.advance(1)?;
-            let corner = USizeVec3::from(place_of(n, count)) * BRICK;
-            if let Some(inside) = side(corner, band_mm) {
-                return Ok(Err(whole(inside)));
-            }
-            let (mut block, mut nearest_mm) = ([0; SAMPLES], f64::INFINITY);
-            for (m, units) in block.iter_mut().enumerate() {
-                // Beyond the grid as at its border.
-                let mm = distance_mm((corner + USizeVec3::from(place_of(m, [BRICK; 3]))).min(last));
-                let rounded = (mm / unit_mm).round().clamp(-f64::from(i16::MAX), f64::from(i16::MAX)) as i16;
-                // A sample on the surface is inside; one that is not stays on its side.
-                *units = if rounded == 0 && mm < 0.0 { -1 } else { rounded };
-                nearest_mm = nearest_mm.min(mm.abs());
-            }
-            let inside = block[0] >= 0;
-            let is_far = nearest_mm > band_mm && block.iter().all(|units| (*units >= 0) == inside);
-            Ok(if is_far { Err(whole(inside)) } else { Ok(block) })
+            let first = USizeVec3::from(place_of(n, tiles)) * TILE;
+            let size = (dims - first).min(USizeVec3::splat(TILE));
+            let tile = tile(first, size);
+            let count = blocks_of(size.to_array());
+            let kept = |block: usize| {
+                let corner = USizeVec3::from(place_of(block, count));
+                let kept = match &tile {
+                    Tile::Side(inside) => Err(*inside),
+                    Tile::Distances(mm) => kept(mm, size, corner * BRICK, [band_mm, unit_mm]),
+                };
+                (first / BRICK + corner, kept)
+            };
+            Ok((0..count.iter().product()).map(kept).collect::<Vec<_>>())
         };
-        // Some at a time, as a block that turns out to be of one side need not be kept until all are known.
-        let mut solid = Self::empty(dims, unit_mm);
-        for first in (0..count.iter().product()).step_by(AT_ONCE) {
-            let end = (first + AT_ONCE).min(count.iter().product());
-            let some: Vec<Result<Block, u32>> = (first..end).into_par_iter().map(one).collect::<Result<_, Cancelled>>()?;
-            some.into_iter().for_each(|block| solid.push(block));
+        let all: Vec<Vec<(USizeVec3, Result<Box<Block>, bool>)>> =
+            (0..tiles.iter().product()).into_par_iter().map(one).collect::<Result<_, Cancelled>>()?;
+        let count = blocks_of(grid.dims());
+        let mut solid = Self { dims: grid.dims(), unit_mm, slots: vec![OUTSIDE; count.iter().product()], blocks: vec![], sides: vec![] };
+        for (at, kept) in all.into_iter().flatten() {
+            solid.slots[(at.z * count[1] + at.y) * count[0] + at.x] = match kept {
+                Err(inside) => {
+                    if inside {
+                        INSIDE
+                    } else {
+                        OUTSIDE
+                    }
+                }
+                Ok(block) => {
+                    solid.blocks.push(*block);
+                    FIRST + (solid.blocks.len() - 1) as u32
+                }
+            };
         }
         Ok(solid.finished())
-    }
-
-    /// Without any block.
-    fn empty(dims: [usize; 3], unit_mm: f64) -> Self {
-        Self { dims, unit_mm, slots: Vec::with_capacity(blocks_of(dims).iter().product()), blocks: vec![], sides: vec![] }
     }
 
     /// With what its blocks say of bricks of cells.
@@ -141,16 +137,6 @@ impl Solid {
         let bricks = self.dims.map(|n| n.saturating_sub(1).div_ceil(BRICK));
         self.sides = (0..bricks.iter().product()).into_par_iter().map(|n| self.side_of(place_of(n, bricks))).collect();
         self
-    }
-
-    fn push(&mut self, block: Result<Block, u32>) {
-        self.slots.push(match block {
-            Ok(block) => {
-                self.blocks.push(block);
-                FIRST + (self.blocks.len() - 1) as u32
-            }
-            Err(side) => side,
-        });
     }
 
     /// How far from its surface, at least, distances are kept on a grid.
@@ -270,8 +256,26 @@ impl Solid {
         };
         // A sample on the surface is inside of both: a unit is less than what distances are good for.
         let blocks = self.blocks.par_iter().map(|block| block.map(|d| -d)).collect();
-        Self { slots: self.slots.iter().map(other).collect(), blocks, ..Self::empty(self.dims, self.unit_mm) }.finished()
+        Self { slots: self.slots.iter().map(other).collect(), blocks, sides: vec![], ..*self }.finished()
     }
+}
+
+/// The distances of the block that begins at `corner` of a tile of so many samples, in units; of one that is all farther from the surface than the
+/// band which side it is on.
+fn kept(mm: &[f32], size: USizeVec3, corner: USizeVec3, [band_mm, unit_mm]: [f64; 2]) -> Result<Box<Block>, bool> {
+    let (mut block, mut nearest_mm) = (Box::new([0; SAMPLES]), f64::INFINITY);
+    for (n, units) in block.iter_mut().enumerate() {
+        // Beyond the grid as at its border, where the last tile ends.
+        let at = (corner + USizeVec3::from(place_of(n, [BRICK; 3]))).min(size - 1);
+        let mm = f64::from(mm[(at.z * size.y + at.y) * size.x + at.x]);
+        let rounded = (mm / unit_mm).round().clamp(-f64::from(i16::MAX), f64::from(i16::MAX)) as i16;
+        // A sample on the surface is inside; one that is not stays on its side.
+        *units = if rounded == 0 && mm < 0.0 { -1 } else { rounded };
+        nearest_mm = nearest_mm.min(mm.abs());
+    }
+    let inside = block[0] >= 0;
+    let is_far = nearest_mm > band_mm && block.iter().all(|units| (*units >= 0) == inside);
+    if is_far { Err(inside) } else { Ok(block) }
 }
 
 /// The longest diagonal of a cell.

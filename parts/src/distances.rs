@@ -4,6 +4,7 @@
 //! Huttenlocher 2012, doi:10.4086/toc.2012.v008a019), each run of bone for itself, since nothing behind the samples that bound it is nearer. Axes
 //! are taken to be at right angles; on a scan that was sheared with a gantry tilted by θ, distances are off by at most a factor of √(1 + sin θ).
 
+use crate::envelope::Envelope;
 use crate::islands::Islands;
 use bregma_field::{Cancelled, Progress};
 use glam::DVec3;
@@ -59,59 +60,21 @@ fn across_rows(rows: &mut [&mut [f32]], spacing_mm: f64) {
         if columns[..wide * count].iter().all(|&square| square == 0.0) {
             continue;
         }
-        columns[..wide * count].chunks_mut(count).for_each(|column| envelope.lower(column, spacing_mm));
+        columns[..wide * count].chunks_mut(count).for_each(|column| along_column(&mut envelope, column, spacing_mm));
         for (n, row) in rows.iter_mut().enumerate() {
             (0..wide).for_each(|c| row[first + c] = columns[c * count + n]);
         }
     }
 }
 
-/// The lower envelope of parabolas: where each stands, its height, and from where on it is the lowest, all in samples.
-#[derive(Default)]
-struct Envelope {
-    parabolas: Vec<(usize, f64, f64)>,
-}
-
-impl Envelope {
-    fn lower(&mut self, column: &mut [f32], spacing_mm: f64) {
-        let mut end = 0;
-        while let Some(n) = column[end..].iter().position(|&square| square > 0.0) {
-            let first = end + n;
-            end = column[first..].iter().position(|&square| square == 0.0).map_or(column.len(), |n| first + n);
-            self.run(column, first, end, spacing_mm);
-        }
-    }
-
-    /// Of a run of bone and the samples at both its ends.
-    fn run(&mut self, column: &mut [f32], first: usize, end: usize, spacing_mm: f64) {
-        let square = spacing_mm * spacing_mm;
-        self.parabolas.clear();
-        for n in first.saturating_sub(1)..(end + 1).min(column.len()) {
-            let height = f64::from(column[n]) / square;
-            if !height.is_finite() {
-                continue;
-            }
-            let mut from = f64::NEG_INFINITY;
-            while let Some(&(at, low, since)) = self.parabolas.last() {
-                // Where both are as high.
-                from = ((height - low) / (n - at) as f64 + (n + at) as f64) / 2.0;
-                if from > since {
-                    break;
-                }
-                self.parabolas.pop();
-                from = f64::NEG_INFINITY;
-            }
-            self.parabolas.push((n, height, from));
-        }
-        let mut lowest = 0;
-        for n in first..end {
-            while self.parabolas.get(lowest + 1).is_some_and(|next| next.2 <= n as f64) {
-                lowest += 1;
-            }
-            if let Some(&(at, height, _)) = self.parabolas.get(lowest) {
-                column[n] = ((height + (n as f64 - at as f64).powi(2)) * square) as f32;
-            }
-        }
+/// Of a column each run of bone with the samples at both its ends.
+fn along_column(envelope: &mut Envelope, column: &mut [f32], spacing_mm: f64) {
+    let mut end = 0;
+    while let Some(n) = column[end..].iter().position(|&square| square > 0.0) {
+        let first = end + n;
+        end = column[first..].iter().position(|&square| square == 0.0).map_or(column.len(), |n| first + n);
+        let last = (end + 1).min(column.len());
+        envelope.lower(&mut column[first.saturating_sub(1)..last], spacing_mm);
     }
 }
 

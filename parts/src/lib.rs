@@ -4,6 +4,7 @@
 //! distance of samples from the nearest outside. [`read()`] and [`write()`] are label maps as files, 3D Slicer's among them.
 
 mod distances;
+mod envelope;
 mod error;
 mod growth;
 mod islands;

@@ -5,13 +5,11 @@
 //! ```
 //! A part's samples lie inside of its bone, whose surface passes between them and the samples beside: with a reach of a cell's diagonal it is whole.
 
+use crate::envelope::Envelope;
 use crate::labels::Labels;
-use bregma_field::{BRICK, Cancelled, Progress, Sample, Solid, Store, Surface, with_block};
+use bregma_field::solid::Tile;
+use bregma_field::{Cancelled, Progress, Sample, Solid, Store, Surface, with_block};
 use glam::{DVec3, USizeVec3};
-use rayon::prelude::*;
-
-/// Samples along each side of what is worked on at a time.
-const TILE: usize = 4 * BRICK;
 
 /// How far all cells around a sample reach, in diagonals of a cell, and more than rounding beyond: their corners must not be changed.
 const REACH_DIAGONALS: f64 = 1.001;
@@ -39,66 +37,34 @@ impl Labels {
     /// The space that belongs to some of the parts. `progress` counts tiles.
     pub fn space_of(&self, meant: Meant<'_>, progress: &Progress) -> Result<Solid, Cancelled> {
         let grid = self.grid();
-        let (dims, spacing_mm) = (grid.dims(), grid.spacing_mm());
-        let finest_mm = spacing_mm.min_element();
+        let spacing_mm = grid.spacing_mm();
         let reach_mm = REACH_DIAGONALS * spacing_mm.length() + meant.grow_mm;
         // Beyond the band nothing need be known but the side.
         let apron = (DVec3::splat(reach_mm.max(0.0) + Solid::band_mm(grid)) / spacing_mm).ceil().as_usizevec3();
-        let work = Work { labels: self, meant, dims: dims.into(), spacing_mm, finest_mm, reach_mm, apron };
-        let tiles = dims.map(|n| n.div_ceil(TILE));
-        let mut distances = vec![0.0_f32; dims.iter().product()];
-        // Layers of tiles lie one behind the other, and each is written by itself.
-        progress.begin((tiles[1] * tiles[2]) as u64);
-        let layer = dims[0] * dims[1] * TILE;
-        for (z, slab) in distances.chunks_mut(layer).enumerate() {
-            let rows: Vec<(usize, Vec<f32>)> = (0..tiles[1])
-                .into_par_iter()
-                .map(|y| {
-                    progress.advance(1)?;
-                    Ok((y, work.row([0, y * TILE, z * TILE].into())))
-                })
-                .collect::<Result<_, Cancelled>>()?;
-            for (y, row) in rows {
-                let high = TILE.min(dims[1] - y * TILE) * dims[0];
-                for (slice, row) in slab.chunks_mut(dims[0] * dims[1]).zip(row.chunks(high)) {
-                    slice[y * TILE * dims[0]..][..high].copy_from_slice(row);
-                }
-            }
-        }
-        Solid::of_distances(grid, &distances, &Progress::default())
+        let mut whose = vec![Whose::Another; 1 << 16];
+        whose[0] = Whose::Nobody;
+        meant.numbers.iter().for_each(|&number| whose[usize::from(number)] = Whose::Theirs);
+        let work = Work { labels: self, whose, bone: meant.bone, dims: grid.dims().into(), spacing_mm, reach_mm, apron };
+        Solid::of_tiles(grid, progress, |first, size| work.tile(first, size))
     }
 }
 
 /// What tiles are worked out from.
 struct Work<'a> {
     labels: &'a Labels,
-    meant: Meant<'a>,
+    /// By the numbers of labels.
+    whose: Vec<Whose>,
+    bone: Option<&'a Surface>,
     dims: USizeVec3,
     spacing_mm: DVec3,
-    finest_mm: f64,
     reach_mm: f64,
     /// Samples around a tile that may be the nearest of one in it.
     apron: USizeVec3,
 }
 
 impl Work<'_> {
-    /// A row of tiles along i: distances, i fastest.
-    fn row(&self, first: USizeVec3) -> Vec<f32> {
-        let size = (self.dims - first).min(USizeVec3::new(self.dims.x, TILE, TILE));
-        let mut row = vec![0.0; size.element_product()];
-        for x in (0..self.dims.x).step_by(TILE) {
-            let wide = TILE.min(self.dims.x - x);
-            let tile = self.tile(first + USizeVec3::X * x, USizeVec3::new(wide, size.y, size.z));
-            for (to, from) in row.chunks_mut(size.x).zip(tile.chunks(wide)) {
-                to[x..x + wide].copy_from_slice(from);
-            }
-        }
-        row
-    }
-
     /// How far within the space each sample of a tile is, mm.
-    fn tile(&self, first: USizeVec3, size: USizeVec3) -> Vec<f32> {
-        let far_mm = (2.0 * Solid::band_mm(self.labels.grid())) as f32;
+    fn tile(&self, first: USizeVec3, size: USizeVec3) -> Tile {
         let low = USizeVec3::new(
             first.x.saturating_sub(self.apron.x),
             first.y.saturating_sub(self.apron.y),
@@ -109,7 +75,7 @@ impl Work<'_> {
         let count = |who: Whose| whose.iter().filter(|w| **w == who).count();
         let (own, others) = (count(Whose::Theirs), count(Whose::Another));
         if own == 0 || own == whose.len() {
-            return vec![if own == 0 { -far_mm } else { far_mm }; size.element_product()];
+            return Tile::Side(own > 0);
         }
         let to = |is: &dyn Fn(Whose) -> bool| {
             let mut squares: Vec<f32> = whose.iter().map(|w| if is(*w) { 0.0 } else { f32::INFINITY }).collect();
@@ -125,11 +91,11 @@ impl Work<'_> {
             let m = (at.z * box_size.y + at.y) * box_size.x + at.x;
             let from_own = f64::from(own[m].sqrt());
             // Deep in it: how far it is out of it, so that what is far from its surface is known to be.
-            let depth = if from_own > 0.0 { -from_own } else { f64::from(beside[m].sqrt()) - self.finest_mm };
+            let depth = if from_own > 0.0 { -from_own } else { f64::from(beside[m].sqrt()) - self.spacing_mm.min_element() };
             let from_other = other.as_ref().map_or(f64::INFINITY, |other| f64::from(other[m].sqrt()));
             tile.push((self.reach_mm + depth).min((from_other - from_own) / 2.0) as f32);
         }
-        tile
+        Tile::Distances(tile)
     }
 
     fn whose(&self, low: USizeVec3, size: USizeVec3) -> Vec<Whose> {
@@ -138,12 +104,8 @@ impl Work<'_> {
         for z in low.z..low.z + size.z {
             for y in low.y..low.y + size.y {
                 let first = (z * self.dims.y + y) * self.dims.x + low.x;
-                whose.extend((first..first + size.x).map(|n| match numbers.at(n) {
-                    0 => Whose::Nobody,
-                    n if self.meant.numbers.contains(&n) => Whose::Theirs,
-                    _ => Whose::Another,
-                }));
-                if let Some(bone) = self.meant.bone {
+                whose.extend((first..first + size.x).map(|n| self.whose[usize::from(numbers.at(n))]));
+                if let Some(bone) = self.bone {
                     let row = whose.len() - size.x;
                     add_others(bone, [low.x, y, z], &mut whose[row..]);
                 }
@@ -164,69 +126,23 @@ fn add_others(surface: &Surface, first: [usize; 3], row: &mut [Whose]) {
     });
 }
 
-/// Makes of 0 and infinity the squared distance of each sample from the nearest with 0: along one axis after the other, by lower envelopes of parabolas
-/// (Felzenszwalb and Huttenlocher 2012, doi:10.4086/toc.2012.v008a019).
+/// Makes of 0 and infinity the squared distance of each sample from the nearest with 0, along one axis after the other.
 fn squared_distances(squares: &mut [f32], size: USizeVec3, spacing_mm: DVec3) {
     let strides = [1, size.x, size.x * size.y];
-    let longest = size.max_element();
-    let (mut line, mut envelope) = (vec![0.0_f32; longest], Envelope::default());
+    let (mut line, mut envelope) = (vec![0.0_f32; size.max_element()], Envelope::default());
     for axis in 0..3 {
         let (count, stride) = (size[axis], strides[axis]);
         let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
-        for b in 0..size[v] {
-            for a in 0..size[u] {
-                let first = a * strides[u] + b * strides[v];
-                (0..count).for_each(|n| line[n] = squares[first + n * stride]);
-                if line[..count].iter().all(|square| *square == 0.0) || !envelope.lower(&mut line[..count], spacing_mm[axis] as f32) {
-                    continue;
-                }
-                (0..count).for_each(|n| squares[first + n * stride] = line[n]);
+        for (b, a) in (0..size[v]).flat_map(|b| (0..size[u]).map(move |a| (b, a))) {
+            let first = a * strides[u] + b * strides[v];
+            (0..count).for_each(|n| line[n] = squares[first + n * stride]);
+            // All at it, or nothing known yet.
+            if line[..count].iter().all(|square| *square == line[0] && matches!(*square, 0.0 | f32::INFINITY)) {
+                continue;
             }
+            envelope.lower(&mut line[..count], spacing_mm[axis]);
+            (0..count).for_each(|n| squares[first + n * stride] = line[n]);
         }
-    }
-}
-
-/// The lower envelope of parabolas: where each stands, and from where on it is the lowest, in samples.
-#[derive(Default)]
-struct Envelope {
-    feet: Vec<(usize, f32)>,
-    heights: Vec<f32>,
-}
-
-impl Envelope {
-    /// Of the squares of a line; says whether there is any.
-    fn lower(&mut self, line: &mut [f32], spacing_mm: f32) -> bool {
-        let step = spacing_mm * spacing_mm;
-        self.feet.clear();
-        self.heights.clear();
-        for (n, &height) in line.iter().enumerate().filter(|(_, height)| height.is_finite()) {
-            let mut from = f32::NEG_INFINITY;
-            while let (Some(&(foot, first)), Some(&below)) = (self.feet.last(), self.heights.last()) {
-                // Where both are as high.
-                let (a, b) = (foot as f32, n as f32);
-                from = ((height - below) / step + b * b - a * a) / (2.0 * (b - a));
-                if from > first {
-                    break;
-                }
-                self.feet.pop();
-                self.heights.pop();
-                from = f32::NEG_INFINITY;
-            }
-            self.feet.push((n, from));
-            self.heights.push(height);
-        }
-        let mut k = 0;
-        for (n, value) in line.iter_mut().enumerate() {
-            if self.feet.is_empty() {
-                return false;
-            }
-            while self.feet.get(k + 1).is_some_and(|(_, from)| *from < n as f32) {
-                k += 1;
-            }
-            let away = n as f32 - self.feet[k].0 as f32;
-            *value = self.heights[k] + step * away * away;
-        }
-        true
     }
 }
 

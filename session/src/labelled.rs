@@ -239,9 +239,6 @@ fn skull_and_rest(surface: &Surface, progress: &Progress) -> Result<Labels, Part
     Labels::new(skull.grid().clone(), Samples::U8(samples), parts)
 }
 
-/// More numbers than these are told apart by a map of two parts: each sample's number is looked for among them.
-const MOST_NUMBERS: usize = 16;
-
 /// The space that belongs to some parts of a scan: bone at the isovalue that has no label is another's.
 pub(crate) fn space(
     labels: &Labels,
@@ -251,15 +248,5 @@ pub(crate) fn space(
     progress: &Progress,
 ) -> Result<Solid, PartsError> {
     let bone = Surface::new(volume, iso, DAffine3::IDENTITY).ok();
-    if numbers.len() <= MOST_NUMBERS {
-        return Ok(labels.space_of(Meant { numbers, grow_mm, bone: bone.as_ref() }, progress)?);
-    }
-    let mut number_of = vec![2_u8; 1 << 16];
-    number_of[0] = 0;
-    numbers.iter().for_each(|&number| number_of[usize::from(number)] = 1);
-    let theirs = with_block!(Store::of(labels.volume()).whole(), b => {
-        b.onward([0; 3]).par_iter().map(|number| number_of[number.to_f64() as usize]).collect()
-    });
-    let labels = Labels::new(labels.grid().clone(), Samples::U8(theirs), vec![])?;
-    Ok(labels.space_of(Meant { numbers: &[1], grow_mm, bone: bone.as_ref() }, progress)?)
+    Ok(labels.space_of(Meant { numbers, grow_mm, bone: bone.as_ref() }, progress)?)
 }

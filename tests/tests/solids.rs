@@ -37,7 +37,9 @@ fn solids(grid: &Grid, seed: u64) -> Vec<(&'static str, Solid)> {
     let noise: Vec<f32> = (0..count).map(|_| (2.0 * r.unit() - 1.0) as f32).collect();
     let labels: Vec<f32> = (0..count).map(|_| if r.unit() < 0.5 { 0.5 } else { -0.5 }).collect();
     let half: Vec<f32> = (0..count).map(|n| if n % grid.dims()[0] < 20 { 0.5 } else { -0.5 }).collect();
-    let dense = |distances: &[f32]| Solid::of_distances(grid, distances, &Progress::default()).unwrap();
+    let [nx, ny, _] = grid.dims();
+    let dense =
+        |distances: &[f32]| Solid::of(grid, |IndexPoint(p)| f64::from(distances[(p.z as usize * ny + p.y as usize) * nx + p.x as usize]));
     vec![
         ("ball", Solid::of(grid, |p| 11.0 - at(p).length())),
         ("cube", Solid::of(grid, |p| within_box(at(p), DVec3::new(9.0, 8.0, 7.5)))),
