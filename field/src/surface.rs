@@ -19,6 +19,8 @@ pub struct Measured {
     pub covariance: Option<Covariance>,
     /// Whether it is measured at all.
     pub visible: bool,
+    /// The part of it that is measured, on the volume's samples; all where there is none.
+    pub solid: Option<Arc<Solid>>,
 }
 
 /// A volume and where it is put: what every tracer takes.

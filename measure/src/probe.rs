@@ -33,7 +33,7 @@ pub fn iso_tolerance(volume: &Volume) -> f64 {
 /// use std::sync::Arc;
 ///
 /// let volumes = [Arc::new(skull(Which::A, 48, &Default::default())?)];
-/// let bone = Measured { iso: 226.0, transform: DAffine3::IDENTITY, residual_mm: None, covariance: None, visible: true };
+/// let bone = Measured { iso: 226.0, transform: DAffine3::IDENTITY, residual_mm: None, covariance: None, visible: true, solid: None };
 /// // From anterior through the frontal bone.
 /// let ray = Ray::new(WorldPoint(DVec3::new(0.0, -150.0, 40.0)), DVec3::Y).expect("that is a direction");
 /// let found = bregma_measure::probe(&volumes, [bone], &ray)?;
@@ -84,7 +84,7 @@ fn cast(
     };
     let corrections: Vec<String> = visible.iter().flat_map(|(_, scan)| of_scan(scan)).collect();
     let records = visible.into_iter().map(|(index, (volume, measured))| {
-        let whole = Surface::new(volume, measured.iso, measured.transform)?;
+        let whole = Surface::new(volume, measured.iso, measured.transform)?.within(measured.solid.clone());
         let left = clips.map(|clips| whole.clone().cut(clips, index)).filter(|left| !left.region.is_all());
         Ok(VolumeRecord { index, ..record(&whole, left.as_ref(), &measured, ray) })
     });
@@ -118,8 +118,8 @@ fn record(whole: &Surface, left: Option<&Surface>, measured: &Measured, ray: &Ra
     let crossings = crossings::crossings(surface, ray);
     let whole_box_mm = crossings::box_span(whole, ray).map(|span| span.t_mm);
     let mut segments = segments(surface, measured, ray, &crossings, iso_tolerance);
-    if left.is_some() {
-        // A cut moves an end away from the scan's own.
+    if left.is_some() || whole.solid.is_some() {
+        // A cut, or the face of a part, moves an end away from the scan's own.
         let is_cut = |t_mm: f64| whole_box_mm.is_some_and(|ends| !ends.contains(&t_mm));
         let clipped = |t_mm: f64| crossings.iter().any(|c| c.clipped && c.t_mm == t_mm);
         segments.iter_mut().for_each(|s| s.cut = [s.from_mm, s.to_mm].into_iter().any(|t| clipped(t) && is_cut(t)));
@@ -171,6 +171,9 @@ const LEAST_REACH_VOXEL: f64 = 0.75;
 fn segments(surface: &Surface, measured: &Measured, ray: &Ray, crossings: &[Crossing], tolerance: f64) -> Vec<Segment> {
     // Entries and exits alternate, beginning with an entry (`crossings::crossings`).
     let ends: Vec<&Crossing> = crossings.iter().filter(|c| c.kind != Kind::Touch).collect();
+    // Bone beside a part is none of its own, and bounds the gap all the same.
+    let of_all = surface.solid.as_ref().map(|_| crossings::crossings(&surface.clone().within(None), ray));
+    let all: Vec<&Crossing> = of_all.as_deref().unwrap_or(crossings).iter().filter(|c| c.kind != Kind::Touch).collect();
     let end = |n: usize| {
         let crossing = ends[n];
         let cut = crossing.clipped || crossing.at_origin;
@@ -180,9 +183,9 @@ fn segments(surface: &Surface, measured: &Measured, ray: &Ray, crossings: &[Cros
             |other: Option<&&Crossing>| (cosine * half_mm(other)).max(LEAST_REACH_VOXEL * spacing_along_mm(surface, crossing.normal));
         // The bone lies behind an entry, and before an exit.
         let (wall, gap) = if n.is_multiple_of(2) {
-            (ends.get(n + 1), n.checked_sub(1).and_then(|n| ends.get(n)))
+            (ends.get(n + 1), all.iter().rfind(|c| c.t_mm < crossing.t_mm))
         } else {
-            (ends.get(n - 1), ends.get(n + 1))
+            (ends.get(n - 1), all.iter().find(|c| c.t_mm > crossing.t_mm))
         };
         let edge = || Edge::at(surface, crossings::world(surface, crossing).0, crossing.normal, beside(wall), beside(gap));
         End { crossing, edge: if cut { None } else { edge() }, reach_mm: half_mm(wall).min(half_mm(gap)) }

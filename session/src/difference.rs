@@ -252,12 +252,11 @@ pub(crate) fn notes([a, b]: [&Placed<'_>; 2], by: By) -> Vec<String> {
 impl Measured {
     /// Whether its scans are open, with the isovalues and where they were.
     pub fn is_of(&self, opened: &Opened) -> bool {
-        let opened = opened.measured();
         let is_there = |(k, (half, n)): (usize, (&Half, &usize))| {
-            let (Some(volume), Some(layer)) = (opened.volumes.get(*n), opened.scene.layers.get(*n)) else { return false };
+            let Some(layer) = opened.scene.layers.get(*n) else { return false };
             // A mirror image lies elsewhere than its scan.
             let is_placed = k == 1 && self.order.by == By::Asymmetry || half.transform == layer.transform;
-            Arc::ptr_eq(volume, &half.surface.volume) && half.iso == layer.iso && is_placed
+            opened.is_measured(*n, &half.surface.volume) && half.iso == layer.iso && is_placed
         };
         self.halves.iter().zip(&self.order.pair).enumerate().all(is_there)
     }

@@ -8,7 +8,6 @@ use crate::shelf::safe_name;
 use crate::source::Source;
 use bregma_field::{Progress, Solid, Volume, within};
 use bregma_parts::PartsError;
-use bregma_renderer::Layer;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
@@ -19,33 +18,49 @@ type Left = (Weak<Volume>, Weak<Solid>, Weak<Volume>);
 /// What solids left of scans: measurements know scans by where they are in memory, so the same must be the same.
 static LEFT: Mutex<Vec<Left>> = Mutex::new(vec![]);
 
+/// What is known to be left of a scan.
+fn known_left(known: &[Left], volume: &Arc<Volume>, solid: &Arc<Solid>) -> Option<Arc<Volume>> {
+    let is_same = |(v, s, _): &&Left| v.as_ptr() == Arc::as_ptr(volume) && s.as_ptr() == Arc::as_ptr(solid);
+    known.iter().find(is_same).and_then(|(.., left)| left.upgrade())
+}
+
 fn left_of(volume: &Arc<Volume>, solid: &Arc<Solid>) -> Arc<Volume> {
     let mut known = LEFT.lock().unwrap_or_else(PoisonError::into_inner);
     known.retain(|(volume, solid, left)| [volume.strong_count(), solid.strong_count(), left.strong_count()].iter().all(|n| *n > 0));
-    let is_same = |(v, s, _): &&Left| v.as_ptr() == Arc::as_ptr(volume) && s.as_ptr() == Arc::as_ptr(solid);
-    if let Some(left) = known.iter().find(is_same).and_then(|(.., left)| left.upgrade()) {
-        return left;
-    }
-    let left = Arc::new(within(volume, solid));
-    known.push((Arc::downgrade(volume), Arc::downgrade(solid), Arc::downgrade(&left)));
-    left
+    known_left(&known, volume, solid).unwrap_or_else(|| {
+        let left = Arc::new(within(volume, solid));
+        known.push((Arc::downgrade(volume), Arc::downgrade(solid), Arc::downgrade(&left)));
+        left
+    })
 }
 
 impl Opened {
-    /// What is measured: of scans of which a part is meant, what lies in it, as scans of their own.
+    /// What maps, volumes and registrations measure: of scans of which a part is meant, what lies in it, as scans of their own. Rays are cut by the part
+    /// itself, and take what is open.
     pub fn measured(&self) -> Cow<'_, Self> {
-        let solid_of = |layer: &Layer| layer.within.as_ref().filter(|within| within.measures).and_then(|within| within.solid.clone());
-        if self.scene.layers.iter().all(|layer| solid_of(layer).is_none()) {
+        if self.scene.layers.iter().all(|layer| layer.measured_solid().is_none()) {
             return Cow::Borrowed(self);
         }
         let mut measured = self.clone();
         for (volume, layer) in measured.volumes.iter_mut().zip(&mut measured.scene.layers) {
-            if let Some(solid) = solid_of(layer) {
+            if let Some(solid) = layer.measured_solid() {
                 *volume = left_of(volume, &solid);
                 layer.within = None;
             }
         }
         Cow::Owned(measured)
+    }
+
+    /// Whether `volume` is what is measured of scan number `n`; asked for each picture, it makes nothing.
+    pub fn is_measured(&self, n: usize, volume: &Arc<Volume>) -> bool {
+        let Some((open, layer)) = self.volumes.get(n).zip(self.scene.layers.get(n)) else { return false };
+        match layer.measured_solid() {
+            Some(solid) => {
+                let known = LEFT.lock().unwrap_or_else(PoisonError::into_inner);
+                known_left(&known, open, &solid).is_some_and(|left| Arc::ptr_eq(&left, volume))
+            }
+            None => Arc::ptr_eq(open, volume),
+        }
     }
 }
 

@@ -119,6 +119,13 @@ impl Opened {
     /// Reads scans, each with its registration, and sessions with theirs, as well as landmarks and registrations in files of their own. The
     /// view is that of a session that is alone. Fails by the first file that cannot be used.
     pub fn read(sources: &[Source], progress: &Progress) -> Result<Self, InputError> {
+        let mut opened = Self::read_whole(sources, progress)?;
+        opened.find_parts(progress)?;
+        Ok(opened)
+    }
+
+    /// The same for who changes isovalues before parts are found, by [`Self::find_parts`].
+    pub fn read_whole(sources: &[Source], progress: &Progress) -> Result<Self, InputError> {
         let opened = Self::gather(sources, progress, &mut Err)?;
         match sources.first() {
             Some(first) if opened.volumes.is_empty() => Err(InputError::NoScan(first.file.clone())),
@@ -138,7 +145,8 @@ impl Opened {
                 Ok(())
             }
         };
-        let opened = Self::gather(sources, progress, &mut put_by)?;
+        let mut opened = Self::gather(sources, progress, &mut put_by)?;
+        opened.find_parts(progress).or_else(&mut put_by)?;
         let is_empty = opened.volumes.is_empty() && opened.landmarks.is_empty();
         if is_empty && !errors.is_empty() { Err(errors.remove(0)) } else { Ok((opened, errors)) }
     }
@@ -170,7 +178,6 @@ impl Opened {
             }
         }
         opened.take_sessions(sessions);
-        opened.find_parts(progress).or_else(&mut *on_error)?;
         for source in sources {
             let taken = match Kind::of(source) {
                 Kind::Landmarks => opened.take_landmarks(&source.file),

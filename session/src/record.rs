@@ -280,7 +280,7 @@ pub(crate) fn open(origin: &Origin, folder: &Path) -> Result<Opened, VerifyError
         Source { file: found(&source.file, folder), within: source.within.as_ref().map(map), ..source.clone() }
     };
     let sources: Vec<Source> = origin.scans.iter().map(beside).collect();
-    let opened = Opened::read(&sources, &Progress::default())?;
+    let opened = Opened::read_whole(&sources, &Progress::default())?;
     if opened.volumes.len() != origin.scans.len() {
         return Err(VerifyError::Count { measured: origin.scans.len(), there: opened.volumes.len() });
     }
@@ -343,7 +343,6 @@ fn found(file: &Path, folder: &Path) -> PathBuf {
 
 /// Casts a ray through the whole bone of what is open, or through what the cuts leave.
 pub fn measure(opened: &Opened, ray: &Ray, as_cut: bool) -> Result<DifferenceRay, GridError> {
-    let opened = opened.measured();
     let (volumes, scene) = (&opened.volumes, &opened.scene);
     if as_cut { probe_cut(volumes, &scene.layers, &scene.clips, ray) } else { probe(volumes, &scene.layers, ray) }
 }

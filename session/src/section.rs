@@ -130,11 +130,10 @@ pub fn measure(opened: &Opened, order: &Order, progress: &Progress) -> Result<Me
 impl Measured {
     /// Whether its scans are open, with the isovalues and where they were.
     pub fn is_of(&self, opened: &Opened) -> bool {
-        let opened = opened.measured();
         let numbers = std::iter::once(self.told.order.on).chain(self.told.order.against);
         self.scans.iter().zip(numbers).all(|((volume, iso, transform), n)| {
-            let (Some(there), Some(layer)) = (opened.volumes.get(n), opened.scene.layers.get(n)) else { return false };
-            Arc::ptr_eq(volume, there) && *iso == layer.iso && *transform == layer.transform
+            let Some(layer) = opened.scene.layers.get(n) else { return false };
+            opened.is_measured(n, volume) && *iso == layer.iso && *transform == layer.transform
         })
     }
 

@@ -139,8 +139,7 @@ impl Order {
 impl Map {
     /// Number of the scan that the map is of, if that is open and its surface as it was.
     pub fn index_in(&self, opened: &Opened) -> Option<usize> {
-        let opened = opened.measured();
-        let index = opened.volumes.iter().position(|volume| Arc::ptr_eq(volume, &self.surface.volume))?;
+        let index = (0..opened.volumes.len()).find(|n| opened.is_measured(*n, &self.surface.volume))?;
         let layer = opened.scene.layers.get(index)?;
         (layer.iso == self.iso && layer.transform == self.transform).then_some(index)
     }

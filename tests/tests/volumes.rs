@@ -60,7 +60,7 @@ fn scanned(field: &impl Field, grid: &Grid, scanner: Scanner) -> Arc<Volume> {
 }
 
 fn at(iso: f64) -> Measured {
-    Measured { iso, transform: DAffine3::IDENTITY, residual_mm: None, covariance: None, visible: true }
+    Measured { iso, transform: DAffine3::IDENTITY, residual_mm: None, covariance: None, visible: true, solid: None }
 }
 
 fn measure(volume: &Arc<Volume>, iso: f64) -> Measure {

@@ -8,10 +8,9 @@ use bregma_session::{Opened, Source};
 
 /// Opens what a command names, with the isovalues it gives, and says what is unusual.
 pub fn open(sources: &[Source], isovalues: &Isovalues) -> Result<Opened, CommandError> {
-    let mut opened = with_progress("reading", |progress| Opened::read(sources, progress))?;
+    let mut opened = with_progress("reading", |progress| Opened::read_whole(sources, progress))?;
     set_each(&mut opened.scene.layers, &isovalues.iso, "--iso", |layer, iso| layer.iso = *iso)?;
-    if !isovalues.iso.is_empty() && sources.iter().any(|source| source.within.is_some()) {
-        // Which bone is beside a part depends on the isovalue.
+    if opened.sources.iter().any(|source| source.within.is_some()) {
         with_progress("finding parts", |progress| opened.find_parts(progress))?;
     }
     warn(&opened.warnings());

@@ -57,7 +57,7 @@ pub struct Limits {
 ///
 /// let grid = Grid::new([64; 3], DVec3::splat(0.5), DVec3::splat(-15.75), DMat3::IDENTITY)?;
 /// let ball = Sphere { centre: DVec3::ZERO, radius_mm: 12.0 }.volume(&grid);
-/// let whole = Measured { iso: 0.0, transform: DAffine3::IDENTITY, residual_mm: None, covariance: None, visible: true };
+/// let whole = Measured { iso: 0.0, transform: DAffine3::IDENTITY, residual_mm: None, covariance: None, visible: true, solid: None };
 /// let found = bone(&[Arc::new(ball)], &[whole], &Limits::default(), &Default::default())?;
 /// assert!((found.measures[0].volume_mm3 / 7238.2 - 1.0).abs() < 2e-3);
 /// # Ok::<(), Box<dyn std::error::Error>>(())

@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 fn measured(iso: f64) -> Measured {
-    Measured { iso, transform: DAffine3::IDENTITY, residual_mm: None, covariance: None, visible: true }
+    Measured { iso, transform: DAffine3::IDENTITY, residual_mm: None, covariance: None, visible: true, solid: None }
 }
 
 fn grid(size: usize, spacing: f64) -> Grid {
