@@ -85,11 +85,11 @@ fn parts_of<S: Simd>(simd: S, solid: &Solid, cell: &[Ints<S>; 3], [start, end]: 
         from = to;
     }
     // In order, without gaps.
-    let [a, b_, c] = roots;
+    let [r0, r1, r2] = roots;
     let is = |v: Floats<S>| v.simd_lt(none);
-    let first = is(a).select(a, is(b_).select(b_, c));
-    let second = (is(a) & is(b_)).select(b_, ((is(a) | is(b_)) & is(c)).select(c, none));
-    let third = (is(a) & is(b_) & is(c)).select(c, none);
+    let first = is(r0).select(r0, is(r1).select(r1, r2));
+    let second = (is(r0) & is(r1)).select(r1, ((is(r0) | is(r1)) & is(r2)).select(r2, none));
+    let third = (is(r0) & is(r1) & is(r2)).select(r2, none);
     let begins = inside(b[0]) | !near;
     Some(Parts {
         first: [begins.select(zero, first), begins.select(first, second).min(one)],
