@@ -42,6 +42,9 @@ pub enum Tile {
     Distances(Vec<f32>),
 }
 
+/// A block with distances, or the side that all of it is on.
+type Kept = Result<Box<Block>, bool>;
+
 /// A region of space, on the samples of a grid.
 #[derive(Clone, PartialEq)]
 pub struct Solid {
@@ -110,8 +113,7 @@ impl Solid {
             };
             Ok((0..count.iter().product()).map(kept).collect::<Vec<_>>())
         };
-        let all: Vec<Vec<(USizeVec3, Result<Box<Block>, bool>)>> =
-            (0..tiles.iter().product()).into_par_iter().map(one).collect::<Result<_, Cancelled>>()?;
+        let all: Vec<Vec<(USizeVec3, Kept)>> = (0..tiles.iter().product()).into_par_iter().map(one).collect::<Result<_, Cancelled>>()?;
         let count = blocks_of(grid.dims());
         let mut solid = Self { dims: grid.dims(), unit_mm, slots: vec![OUTSIDE; count.iter().product()], blocks: vec![], sides: vec![] };
         for (at, kept) in all.into_iter().flatten() {
@@ -262,7 +264,7 @@ impl Solid {
 
 /// The distances of the block that begins at `corner` of a tile of so many samples, in units; of one that is all farther from the surface than the
 /// band which side it is on.
-fn kept(mm: &[f32], size: USizeVec3, corner: USizeVec3, [band_mm, unit_mm]: [f64; 2]) -> Result<Box<Block>, bool> {
+fn kept(mm: &[f32], size: USizeVec3, corner: USizeVec3, [band_mm, unit_mm]: [f64; 2]) -> Kept {
     let (mut block, mut nearest_mm) = (Box::new([0; SAMPLES]), f64::INFINITY);
     for (n, units) in block.iter_mut().enumerate() {
         // Beyond the grid as at its border, where the last tile ends.
