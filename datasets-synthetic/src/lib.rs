@@ -6,6 +6,7 @@ mod bones;
 pub mod ct;
 mod curves;
 mod ovoid;
+mod procedural;
 mod random;
 mod sdf;
 pub mod skull;
@@ -14,6 +15,7 @@ use bregma_volume::{Cancelled, Grid, Progress, Raster, Samples, Unit, Volume};
 use ct::Scanner;
 use glam::{DMat3, DVec3, dvec3};
 pub use ovoid::Foot;
+pub use procedural::Procedural;
 pub use random::Random;
 pub use skull::{Skull, Which};
 

@@ -4,7 +4,7 @@ use crate::labelled::Labelled;
 use crate::parts::PartOf;
 use bregma_field::formats::{self, Hints, OpenError, RawLayout, RawLayoutError, Reduce, Scan, Uneven};
 use bregma_field::{Cancelled, Correction, Progress, Turn, Volume};
-use bregma_synthetic::Which;
+use bregma_synthetic::{Procedural, Which};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -66,10 +66,16 @@ impl Source {
 
     /// The same with its file named from the root on; what is built in has no place. A label map that is in a file is left to that.
     pub fn absolute(&self) -> Self {
-        let file = if self.built_in.is_some() { Ok(self.file.clone()) } else { std::path::absolute(&self.file) };
+        let has_no_file = self.built_in.is_some() || self.procedural().is_some();
+        let file = if has_no_file { Ok(self.file.clone()) } else { std::path::absolute(&self.file) };
         let within = self.within.as_ref().map(PartOf::absolute);
         let labels = self.labels.clone().filter(|_| within.is_none());
         Self { file: file.unwrap_or_else(|_| self.file.clone()), within, labels, ..self.clone() }
+    }
+
+    /// The scan in no file that it names, such as `menger:729`, where no file has that name.
+    fn procedural(&self) -> Option<Procedural> {
+        self.file.to_str()?.parse().ok().filter(|_| !self.file.exists())
     }
 
     /// Reads the headers of the scan.
@@ -77,7 +83,13 @@ impl Source {
         let raw = self.raw.as_ref().map(|raw| raw.layout);
         let hints =
             Hints { spacing_mm: self.spacing_mm, turn: self.turn, raw, reduce: self.reduce, uneven: self.uneven, ..Hints::default() };
-        let scan = formats::scan(&self.file, &hints, progress)?;
+        let scan = match self.procedural() {
+            Some(procedural) => {
+                let placed = procedural.scan().placed(&hints);
+                placed.map_err(|e| OpenError { file: self.file.clone(), reason: e.into() })?
+            }
+            None => formats::scan(&self.file, &hints, progress)?,
+        };
         Ok(if let Some(name) = &self.called { scan.renamed(name) } else { scan })
     }
 

@@ -1,11 +1,11 @@
 //! What the numbers of a scan mean and how they are spread: all that can be said without keeping the samples.
 
 use crate::histogram::{Histogram, Otsu};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// What a value is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Unit {
     /// Hounsfield units: air −1000, water 0.
     #[serde(rename = "HU")]

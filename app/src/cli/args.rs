@@ -3,8 +3,8 @@
 use super::camera_args::CameraArgs;
 use super::look::LookArgs;
 use super::parsers::{
-    Background, Seed, VolumeFile, background, ball, corners, disc, number, one_of, pair, part, point, positive, registration_file, seed,
-    size, solver, two_scans, volume_file,
+    Background, Seed, VolumeFile, background, ball, corners, disc, interval, number, one_of, pair, part, point, positive,
+    registration_file, seed, size, solver, two_scans, volume_file,
 };
 use super::print_args::PrintArgs;
 use super::sources::Sources;
@@ -71,7 +71,7 @@ pub enum Command {
     Info(InfoArgs),
     /// Write a scan in another form
     #[command(
-        after_help = "The name of OUT says the form: .nrrd, .nii, .nii.gz, .mha or .tif.\n\nExamples:\n  bregma convert dicom-folder skull.nrrd\n  bregma convert study#201 skull.nii.gz\n  bregma convert slices --spacing 0.05,0.05,0.05 skull.mha"
+        after_help = "The name of OUT says the form: .nrrd, .nii, .nii.gz, .mha, .tif or .ome.zarr, into which scans larger than memory go, too.\n\nExamples:\n  bregma convert dicom-folder skull.nrrd\n  bregma convert study#201 skull.nii.gz\n  bregma convert slices --spacing 0.05,0.05,0.05 skull.mha\n  bregma convert large.vol large.ome.zarr --surfaces 150..400"
     )]
     Convert(ConvertArgs),
     /// Draw one picture
@@ -174,6 +174,12 @@ pub struct ConvertArgs {
     /// The scan, and the file to write.
     #[command(flatten)]
     pub files: Sources<2>,
+    /// Keep only what surfaces of isovalues from LO to HI need, exactly; elsewhere samples become constant (.ome.zarr)
+    #[arg(long, value_name = "LO..HI", value_parser = interval, allow_hyphen_values = true)]
+    pub surfaces: Option<[f64; 2]>,
+    /// Round samples, so that no value is farther off than D (.ome.zarr)
+    #[arg(long, value_name = "D", value_parser = number, default_value_t = 0.0, hide_default_value = true)]
+    pub error: f64,
 }
 
 /// Isovalues.

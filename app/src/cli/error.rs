@@ -1,6 +1,7 @@
 //! Why a command did not do its work.
 
 use bregma_field::formats::WriteError;
+use bregma_field::formats::zarr::ConvertError;
 use bregma_field::{GridError, TransformError};
 use bregma_measure::volumes::VolumesError;
 use bregma_parts::PartsError;
@@ -31,6 +32,9 @@ pub enum CommandError {
     /// Something could not be opened.
     #[error(transparent)]
     Input(#[from] InputError),
+    /// A scan could not be converted.
+    #[error(transparent)]
+    Convert(#[from] ConvertError),
     /// Something could not be drawn.
     #[error(transparent)]
     Render(#[from] RenderError),

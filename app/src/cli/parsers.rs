@@ -110,6 +110,13 @@ pub fn range(text: &str) -> Result<[f64; 2], String> {
     if low < high { Ok([low, high]) } else { Err("its low end is not below its high end".into()) }
 }
 
+/// Two numbers with dots between them, the second not below the first.
+pub fn interval(text: &str) -> Result<[f64; 2], String> {
+    let ends = text.split_once("..").and_then(|(low, high)| Some([low.trim().parse().ok()?, high.trim().parse().ok()?]));
+    ends.filter(|[low, high]: &[f64; 2]| low.is_finite() && high.is_finite() && low <= high)
+        .ok_or_else(|| "it must be two numbers, the lower first, such as 100..400".to_owned())
+}
+
 pub fn pair(text: &str) -> Result<(f64, f64), String> {
     numbers::<2>(text).map(|[a, b]| (a, b))
 }

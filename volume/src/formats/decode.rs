@@ -1,7 +1,7 @@
 //! Bytes of a file into samples of the type that is kept.
 
 use super::ReadError;
-use crate::Samples;
+use crate::{Sample, Samples};
 use half::f16;
 
 /// The type of a sample as the file stores it.
@@ -75,6 +75,16 @@ impl Kept {
             _ if fits(i16::MIN.into(), i16::MAX.into()) => Self::I16,
             _ if fits(0, u16::MAX.into()) => Self::U16,
             _ => Self::F32,
+        }
+    }
+
+    /// Its name in messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::U8 => u8::NAME,
+            Self::I16 => i16::NAME,
+            Self::U16 => u16::NAME,
+            Self::F32 => f32::NAME,
         }
     }
 

@@ -40,6 +40,7 @@ mod vol;
 mod vti;
 mod vtk;
 mod write;
+pub mod zarr;
 
 pub use dicom::series::Series;
 pub use error::{OpenError, ReadError};
@@ -48,7 +49,7 @@ pub use raw::{RawLayout, RawLayoutError};
 pub use scan::{Scan, Survey};
 pub use write::WriteError;
 
-use crate::{Correction, Progress, Turn, Volume};
+use crate::{Progress, Turn, Volume};
 use glam::DVec3;
 use scan::{Sink, Storage};
 use serde::{Deserialize, Serialize};
@@ -93,6 +94,7 @@ pub static FORMATS: &[Format] = &[
     drishti::FORMAT,
     pictures::FORMAT,
     vh::FORMAT,
+    zarr::FORMAT,
     raw::FORMAT,
 ];
 
@@ -137,7 +139,7 @@ impl Reduce {
     }
 
     /// Samples from one that is kept to the next.
-    fn step(self) -> usize {
+    pub(super) fn step(self) -> usize {
         match self {
             Self::Half => 2,
             Self::Quarter => 4,
@@ -209,8 +211,7 @@ pub fn scan(path: &Path, hints: &Hints, progress: &Progress) -> Result<Scan, Ope
         scan.file = named.to_owned();
         scan.archive = archive;
         scan.warnings.splice(0..0, inside.map(|inside| format!("{} in it is read", inside.display())));
-        scan.place(Correction { spacing_mm: hints.spacing_mm, turn: hints.turn }, hints.reduce.map_or(1, Reduce::step))?;
-        Ok(scan)
+        Ok(scan.placed(hints)?)
     };
     scan().map_err(|reason| OpenError { file: named.to_owned(), reason })
 }

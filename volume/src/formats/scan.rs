@@ -2,12 +2,12 @@
 
 use super::ahead::ahead;
 use super::archive::Archive;
-use super::decode::{Collector, Encoding, Kept, widen};
+use super::decode::{Collector, Encoding, Kept, SampleType, widen};
 use super::part::{self, Part};
-use super::{OpenError, ReadError, fill, memory};
+use super::{Hints, OpenError, ReadError, Reduce, fill, memory};
 use crate::placing::{labelled, nth_sample};
 use crate::volume::{self, BINS, Metadata};
-use crate::{Correction, Grid, GridError, Histogram, Placing, Progress, Raster, Samples, Summary, Unit, Volume, VolumeError};
+use crate::{Correction, Grid, GridError, Histogram, Placing, Progress, Raster, Sample, Samples, Summary, Unit, Volume, VolumeError};
 use rayon::prelude::*;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -32,6 +32,17 @@ pub enum Storage {
     Stream(Box<Stream>),
     /// In slices that are unpacked side by side.
     Slices(Box<Slice>),
+}
+
+/// Takes the next samples, in the type that they are kept in.
+pub type Pieces<'a> = dyn FnMut(&mut Samples) -> Result<(), ReadError> + 'a;
+
+/// What is known of a scan once its samples were passed on.
+pub(super) struct Passed {
+    /// What values are.
+    pub unit: Unit,
+    /// What is unusual, each a sentence for the person.
+    pub warnings: Vec<String>,
 }
 
 /// A scan on disk. Its headers are read, its samples are not.
@@ -98,6 +109,26 @@ impl Scan {
         }
     }
 
+    /// One that is in no file: `slice` gives the samples of slice k, i fastest. It is read as one in a file is.
+    pub fn made(name: &str, grid: Grid, unit: Unit, slice: impl Fn(usize) -> Vec<i16> + Send + Sync + 'static) -> Self {
+        let bytes = 2 * grid.len() as u64;
+        let slices = grid.dims()[2] as u64;
+        let storage = Storage::Slices(Box::new(move |k, mut bytes_of, progress| {
+            bytes_of.clear();
+            bytes_of.extend(slice(k).iter().flat_map(|s| s.to_le_bytes()));
+            progress.advance(bytes / slices)?;
+            Ok(bytes_of)
+        }));
+        let encoding = Encoding { sample: SampleType::I16, big_endian: false };
+        Self { name: name.to_owned(), format: "made", unit: Some(unit), ..Self::new(grid, encoding, bytes, storage) }
+    }
+
+    /// The same placed as a person says, with every n-th sample.
+    pub fn placed(mut self, hints: &Hints) -> Result<Self, GridError> {
+        self.place(Correction { spacing_mm: hints.spacing_mm, turn: hints.turn }, hints.reduce.map_or(1, Reduce::step))?;
+        Ok(self)
+    }
+
     /// What the person calls it.
     pub fn name(&self) -> String {
         labelled(&self.name, self.placing.step())
@@ -109,7 +140,7 @@ impl Scan {
     }
 
     /// Puts it where a person's `correction` has it, and keeps every step-th sample.
-    pub(super) fn place(&mut self, correction: Correction, step: usize) -> Result<(), GridError> {
+    fn place(&mut self, correction: Correction, step: usize) -> Result<(), GridError> {
         self.placing = Placing::new(self.grid.clone(), self.spacing_is_stated, step).corrected(correction)?;
         Ok(())
     }
@@ -194,27 +225,19 @@ impl Scan {
         Summary::check_scale(self.slope, self.intercept).map_err(VolumeError::from)?;
         // Whole numbers are counted in one pass; floats need their range first.
         let kept = self.kept(progress, 1 + u64::from(self.encoding.sample.is_float()))?;
-        let mut collector = Collector::new(self.encoding, kept, 0)?;
         let mut tally = Tally::new(kept);
-        let late = self.stream(progress, &mut |bytes| {
-            collector.push(bytes);
-            tally.add(&collector.samples);
-            crate::with_samples!(&mut collector.samples, s => s.clear());
+        let mut warnings = self.pieces(kept, progress, &mut |samples| {
+            tally.add(samples);
             Ok(())
         })?;
-        let mut warnings = self.warnings(late, collector.warning());
         let histogram = match tally {
             Tally::Whole { counts, lowest } => whole_histogram(&counts, lowest),
             Tally::Float { ends, odd } => {
-                if ends[0] > ends[1] {
-                    return Err(VolumeError::NothingFinite.into());
-                }
+                let ends = usual(ends)?;
                 let mut counts = Histogram { range: ends.map(f64::from), counts: vec![0; BINS] };
-                let mut collector = Collector::new(self.encoding, kept, 0)?;
-                self.stream(progress, &mut |bytes| {
-                    collector.push(bytes);
-                    if let Samples::F32(s) = &mut collector.samples {
-                        s.drain(..).for_each(|v| counts.add(volume::mend(v, ends).into(), 1));
+                self.pieces(kept, progress, &mut |samples| {
+                    if let Samples::F32(s) = samples {
+                        s.iter().for_each(|&v| counts.add(volume::mend(v, ends).into(), 1));
                     }
                     Ok(())
                 })?;
@@ -228,11 +251,55 @@ impl Scan {
         let unit = self.unit.unwrap_or_else(|| unit_of_range([low.min(high), low.max(high)]));
         Ok(Survey {
             summary: Summary::new(self.slope, self.intercept, unit, histogram),
-            type_name: collector.samples.type_name(),
+            type_name: kept.name(),
             sample_bytes: (grid.len() * kept.bytes()) as u64,
             memory_bytes: self.memory(kept, self.placing.step()),
             warnings: self.placing.warnings(&warnings),
         })
+    }
+
+    /// Passes all samples that are kept on, in pieces and as they would be in memory: floats are looked through for what is no number first.
+    pub(super) fn pass(&self, progress: &Progress, take: &mut Pieces<'_>) -> Result<Passed, ReadError> {
+        Summary::check_scale(self.slope, self.intercept).map_err(VolumeError::from)?;
+        let is_float = self.encoding.sample.is_float();
+        let kept = self.kept(progress, 1 + u64::from(is_float))?;
+        let mut tally = Tally::new(kept);
+        if is_float {
+            self.pieces(kept, progress, &mut |samples| {
+                tally.add(samples);
+                Ok(())
+            })?;
+        }
+        let (ends, odd) = match tally {
+            Tally::Float { ends, odd } if is_float => (usual(ends)?, odd),
+            _ => ([f32::MIN, f32::MAX], 0),
+        };
+        let mut range = [f64::MAX, f64::MIN];
+        let mut warnings = self.pieces(kept, progress, &mut |samples| {
+            if let Samples::F32(s) = &mut *samples {
+                s.iter_mut().for_each(|v| *v = volume::mend(*v, ends));
+            }
+            let [low, high] = crate::with_samples!(&*samples, s => lowest_and_highest(s));
+            range = [range[0].min(low), range[1].max(high)];
+            take(samples)
+        })?;
+        warnings.extend(volume::mended(odd));
+        warnings.extend(volume::flat(self.grid()));
+        let [a, b] = range.map(|s| self.slope * s + self.intercept);
+        let unit = self.unit.unwrap_or_else(|| unit_of_range([a.min(b), a.max(b)]));
+        Ok(Passed { unit, warnings: self.placing.warnings(&warnings) })
+    }
+
+    /// Passes samples on in the type that they are kept in; gives warnings.
+    fn pieces(&self, kept: Kept, progress: &Progress, take: &mut Pieces<'_>) -> Result<Vec<String>, ReadError> {
+        let mut collector = Collector::new(self.encoding, kept, 0)?;
+        let late = self.stream(progress, &mut |bytes| {
+            collector.push(bytes);
+            take(&mut collector.samples)?;
+            crate::with_samples!(&mut collector.samples, s => s.clear());
+            Ok(())
+        })?;
+        Ok(self.warnings(late, collector.warning()))
     }
 
     /// The type that samples are kept in. Wide integers are looked through for it.
@@ -334,6 +401,17 @@ impl Scan {
             n += run;
         }
     }
+}
+
+/// The ends of what is usual in a scan of floats.
+fn usual(ends: [f32; 2]) -> Result<[f32; 2], VolumeError> {
+    if ends[0] > ends[1] { Err(VolumeError::NothingFinite) } else { Ok(ends) }
+}
+
+fn lowest_and_highest<T: Sample>(samples: &[T]) -> [f64; 2] {
+    let Some(&first) = samples.first() else { return [f64::MAX, f64::MIN] };
+    let ends = samples.iter().fold([first; 2], |[low, high], &s| [if s < low { s } else { low }, if s > high { s } else { high }]);
+    ends.map(T::to_f64)
 }
 
 /// What is counted while samples stream by.

@@ -4,9 +4,11 @@ use crate::cli::args::ConvertArgs;
 use crate::cli::error::CommandError;
 use crate::cli::terminal::{warn, with_progress};
 use bregma_field::formats;
+use bregma_field::formats::zarr::{self, Keep};
 use bregma_session::{InputError, Source};
 
-/// Reads a scan and writes it in the form that the name of the output asks for.
+/// Reads a scan and writes it in the form that the name of the output asks for; into a store of chunks as it streams, so that it need not fit
+/// into memory.
 pub fn convert(args: &ConvertArgs) -> Result<(), CommandError> {
     let [from, to] = args.files.0.as_slice() else {
         return Err(CommandError::Usage("name one scan and one file to write".into()));
@@ -28,6 +30,16 @@ pub fn convert(args: &ConvertArgs) -> Result<(), CommandError> {
         uneven: if to.uneven.is_default() { from.uneven } else { to.uneven },
         ..Source::default()
     };
+    let keep = Keep { surfaces: args.surfaces, error: args.error };
+    if to.file.extension().is_some_and(|end| end.eq_ignore_ascii_case("zarr")) {
+        let scan = with_progress("reading", |progress| source.scan(progress)).map_err(InputError::from)?;
+        let warnings = with_progress("converting", |progress| zarr::convert(&scan, &to.file, keep, progress))?;
+        warn(&warnings.iter().map(|w| format!("{}: {w}", scan.name())).collect::<Vec<_>>());
+        return Ok(());
+    }
+    if keep != Keep::default() {
+        return Err(CommandError::Usage("--surfaces and --error are for stores: end the name of the output in .ome.zarr".into()));
+    }
     let load = |progress: &_| source.scan(progress)?.load(progress);
     let volume = with_progress("reading", load).map_err(InputError::from)?;
     warn(&volume.warnings().iter().map(|w| format!("{}: {w}", volume.name())).collect::<Vec<_>>());
