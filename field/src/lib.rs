@@ -22,16 +22,16 @@ mod within;
 
 pub use bounds::Bounds;
 pub use bregma_volume::{
-    BRICK, Cancelled, Correction, Covariance, Grid, GridError, Histogram, IndexPoint, Metadata, Otsu, Placing, Progress, RangeBricks,
-    Raster, Registration, Sample, Samples, Summary, TransformError, TransformForm, Turn, TurnError, Unit, Volume, VolumeError, WorldPoint,
-    formats, read_transform, replace_file, write_transform,
+    BRICK, Cancelled, Correction, Covariance, Grid, GridError, Histogram, IndexPoint, Keep, KeepError, Metadata, Otsu, Placing, Progress,
+    RangeBricks, Raster, Registration, Sample, Samples, Summary, TransformError, TransformForm, Turn, TurnError, Unit, Volume, VolumeError,
+    WorldPoint, formats, read_transform, replace_file, write_transform,
 };
 pub use clip::{Clip, Region, Shape};
 pub use ray::Ray;
 pub use smooth::smoothed;
 pub use solid::Solid;
 pub use store::{AnyBlock, Block, Store};
-pub use surface::{Measured, Surface};
+pub use surface::{Measured, Surface, SurfaceError};
 pub use within::within;
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use crate::solid::Solid;
 use bregma_volume::{Covariance, Grid, GridError, Volume};
 use glam::DAffine3;
 use std::sync::Arc;
+use thiserror::Error;
 
 /// What is measured of a volume: nothing of it is only a way of looking.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,9 +55,34 @@ pub struct Surface {
     pub solid: Option<Arc<Solid>>,
 }
 
+/// Why a scan has no such surface.
+#[derive(Debug, Error, PartialEq)]
+pub enum SurfaceError {
+    /// It cannot be moved there.
+    #[error("the transform of a volume cannot be used: {0}")]
+    Grid(#[from] GridError),
+    /// Its samples were left out when the scan was saved.
+    #[error(
+        "{name}: only its surfaces of isovalues {low}..{high} were kept, and {iso} is not one; choose one of these, or open the scan that it was saved from"
+    )]
+    NotKept {
+        /// The scan.
+        name: String,
+        /// The isovalue.
+        iso: f64,
+        /// The lowest and
+        low: f64,
+        /// the highest that were kept.
+        high: f64,
+    },
+}
+
 impl Surface {
     /// The isosurface of `volume` at the value `iso`, moved by `transform`.
-    pub fn new(volume: &Arc<Volume>, iso: f64, transform: DAffine3) -> Result<Self, GridError> {
+    pub fn new(volume: &Arc<Volume>, iso: f64, transform: DAffine3) -> Result<Self, SurfaceError> {
+        if let Some([low, high]) = volume.kept().surfaces.filter(|_| !volume.kept().has_surface(iso)) {
+            return Err(SurfaceError::NotKept { name: volume.name().to_owned(), iso, low, high });
+        }
         let grid = volume.grid().moved(transform)?;
         let sign = if volume.slope() < 0.0 { -1.0 } else { 1.0 };
         let [low, high] = volume.histogram().range;

@@ -7,7 +7,7 @@ use crate::stretches::pairs;
 use crate::threshold::unlike_thresholds;
 use crate::uncertainty::{self, End, Ends, Registered};
 use bregma_field::crossings::{self, Crossing, Kind};
-use bregma_field::{Clip, GridError, Measured, Ray, Surface, Unit, Volume};
+use bregma_field::{Clip, Measured, Ray, Surface, SurfaceError, Unit, Volume};
 use glam::DAffine3;
 use std::sync::Arc;
 
@@ -16,12 +16,14 @@ const ISO_TOLERANCE_HU: f64 = 50.0;
 /// Elsewhere: this part of the step from air to bone, taken as the step between Otsu's two classes.
 const ISO_TOLERANCE_OF_STEP: f64 = 0.05;
 
-/// The change of isovalue that a threshold error stands for: 50 HU, or 5 % of the bone–air step.
+/// The change of isovalue that a threshold error stands for: 50 HU, or 5 % of the bone–air step; and as much more as values are off by in a scan
+/// that was saved so: no value between samples is farther off than these, so that its surface lies between those of the isovalues as far away.
 pub fn iso_tolerance(volume: &Volume) -> f64 {
-    match volume.unit() {
+    let of_scanner = match volume.unit() {
         Unit::Hounsfield => ISO_TOLERANCE_HU,
         Unit::Value => ISO_TOLERANCE_OF_STEP * volume.otsu_step().unwrap_or(0.0),
-    }
+    };
+    of_scanner + volume.kept().error
 }
 
 /// Casts the difference ray through the whole bone of the visible ones of `volumes`, as `measured` has one for each, in float64.
@@ -46,7 +48,7 @@ pub fn probe(
     volumes: &[Arc<Volume>],
     measured: impl IntoIterator<Item = impl Into<Measured>>,
     ray: &Ray,
-) -> Result<DifferenceRay, GridError> {
+) -> Result<DifferenceRay, SurfaceError> {
     cast(volumes, measured, None, ray)
 }
 
@@ -56,7 +58,7 @@ pub fn probe_cut(
     measured: impl IntoIterator<Item = impl Into<Measured>>,
     clips: &[Clip],
     ray: &Ray,
-) -> Result<DifferenceRay, GridError> {
+) -> Result<DifferenceRay, SurfaceError> {
     cast(volumes, measured, Some(clips), ray)
 }
 
@@ -76,7 +78,7 @@ fn cast(
     measured: impl IntoIterator<Item = impl Into<Measured>>,
     clips: Option<&[Clip]>,
     ray: &Ray,
-) -> Result<DifferenceRay, GridError> {
+) -> Result<DifferenceRay, SurfaceError> {
     let visible: Vec<(usize, (&Arc<Volume>, Measured))> =
         volumes.iter().zip(measured.into_iter().map(Into::into)).enumerate().filter(|(_, (_, measured))| measured.visible).collect();
     let of_scan = |(volume, measured): &(&Arc<Volume>, Measured)| {
@@ -88,7 +90,7 @@ fn cast(
         let left = clips.map(|clips| whole.clone().cut(clips, index)).filter(|left| !left.region.is_all());
         Ok(VolumeRecord { index, ..record(&whole, left.as_ref(), &measured, ray) })
     });
-    let volumes = unique_names(records.collect::<Result<Vec<_>, GridError>>()?);
+    let volumes = unique_names(records.collect::<Result<Vec<_>, SurfaceError>>()?);
     let thresholds: Vec<(&str, f64, Unit)> = volumes.iter().map(|v| (v.name.as_str(), v.iso, v.unit)).collect();
     Ok(DifferenceRay {
         ray: RayRecord { origin_mm: ray.origin.0.to_array(), direction: ray.direction.to_array() },

@@ -6,7 +6,7 @@ use crate::motion::turn_deg;
 use crate::part::Parts;
 use crate::surfaces::Pair;
 use crate::symmetric;
-use bregma_field::{Cancelled, GridError, Progress, Surface};
+use bregma_field::{Cancelled, Progress, Surface, SurfaceError};
 use bregma_measure::landmarks::Landmark;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use thiserror::Error;
@@ -25,7 +25,7 @@ pub enum OrientError {
     NoSurface,
     /// A grid that cannot be.
     #[error("the transform of the scan cannot be used: {0}")]
-    Grid(#[from] GridError),
+    Surface(#[from] SurfaceError),
     /// Stopped by request.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
@@ -151,7 +151,7 @@ pub fn symmetry(surface: &Surface, parts: &Parts, progress: &Progress) -> Result
     let middle = cloud.middle;
     let flip = DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0));
     let mirror = DAffine3::from_mat3_translation(flip, middle - flip * middle);
-    let image = Surface { grid: surface.grid.moved(mirror)?, ..surface.clone() };
+    let image = Surface { grid: surface.grid.moved(mirror).map_err(SurfaceError::from)?, ..surface.clone() };
     let image = Cloud::of(&image, POINTS, progress)?;
     let pair = Pair { moving: &image, fixed: &cloud, parts };
     // Where a side is missing, the scan's box may lie about its plane better than what is left.

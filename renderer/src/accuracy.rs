@@ -4,7 +4,7 @@
 
 use crate::picture::Picture;
 use crate::scene::Scene;
-use bregma_field::{Cancelled, GridError, Progress, Ray, Surface, Volume, WorldPoint, crossings, interpolant};
+use bregma_field::{Cancelled, Progress, Ray, Surface, SurfaceError, Volume, WorldPoint, crossings, interpolant};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::sync::{Arc, OnceLock};
@@ -77,9 +77,9 @@ pub enum TruthError {
     /// Stopped by request.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
-    /// A registration that flattens a volume.
-    #[error("the transform of a volume cannot be used: {0}")]
-    Transform(#[from] GridError),
+    /// A registration that flattens a volume, or an isovalue whose surface it has not.
+    #[error(transparent)]
+    Surface(#[from] SurfaceError),
 }
 
 impl Truth {

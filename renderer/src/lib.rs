@@ -45,7 +45,7 @@ pub use slice::{BodyPlane, Contour, Slab, Slice, WIDEST_CONTOUR_PX, stroke, view
 pub use still::{MOST_SAMPLES, Still};
 pub use transfer::{Control, GradientPoint, OVERALL, Point, TransferFunction, Values, classify};
 
-use bregma_field::{GridError, Volume};
+use bregma_field::{SurfaceError, Volume};
 use serde::Serialize;
 use std::fmt;
 use std::sync::Arc;
@@ -198,9 +198,9 @@ pub enum RenderError {
     /// A studio that no renderer could light, or a way of drawing that has none.
     #[error(transparent)]
     Studio(#[from] studio::StudioError),
-    /// A registration that flattens a volume.
-    #[error("the transform of a volume cannot be used: {0}")]
-    Transform(#[from] GridError),
+    /// A registration that flattens a volume, or an isovalue whose surface it has not.
+    #[error(transparent)]
+    Surface(#[from] SurfaceError),
     /// A spline of samples that are too large for it.
     #[error(
         "{name}: its samples reach {largest:e}, and beyond 1e35 float32 holds no spline of them; draw it without --reconstruction spline"

@@ -9,7 +9,7 @@ use crate::roots::{Method, Solver};
 use crate::slice::{Slice, WIDEST_CONTOUR_PX};
 use crate::studio::Studio;
 use crate::transfer::lowest_visible;
-use bregma_field::{Bounds, Clip, GridError, Surface, Unit, Volume};
+use bregma_field::{Bounds, Clip, Surface, SurfaceError, Unit, Volume};
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -347,12 +347,12 @@ impl Scene {
     }
 
     /// The surfaces of the visible layers with their layer numbers.
-    pub fn surfaces(&self, volumes: &[Arc<Volume>]) -> Result<Vec<(usize, Surface)>, GridError> {
+    pub fn surfaces(&self, volumes: &[Arc<Volume>]) -> Result<Vec<(usize, Surface)>, SurfaceError> {
         self.surfaces_at(volumes, |layer, _| layer.iso)
     }
 
     /// For each visible layer the isosurface that holds all that its mode draws of it.
-    pub(crate) fn hulls(&self, volumes: &[Arc<Volume>]) -> Result<Vec<(usize, Surface)>, GridError> {
+    pub(crate) fn hulls(&self, volumes: &[Arc<Volume>]) -> Result<Vec<(usize, Surface)>, SurfaceError> {
         self.surfaces_at(volumes, |layer, volume| match self.mode.gather() {
             Gather::Nearest | Gather::FirstOfEach => layer.iso,
             Gather::Crossings => layer.shells.iter().map(|s| s.iso).fold(layer.iso, f64::min),
@@ -363,7 +363,7 @@ impl Scene {
         })
     }
 
-    fn surfaces_at(&self, volumes: &[Arc<Volume>], iso: impl Fn(&Layer, &Volume) -> f64) -> Result<Vec<(usize, Surface)>, GridError> {
+    fn surfaces_at(&self, volumes: &[Arc<Volume>], iso: impl Fn(&Layer, &Volume) -> f64) -> Result<Vec<(usize, Surface)>, SurfaceError> {
         let visible = self.layers.iter().zip(volumes).enumerate().filter(|(_, (layer, _))| layer.visible);
         visible
             .map(|(i, (layer, volume))| {

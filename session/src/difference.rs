@@ -4,7 +4,7 @@ use crate::difference_order::{By, Order, RecordedHalf, Told};
 use crate::displacement::{self, Moved, PartError, Scanned};
 use crate::measurement::{Origin, RecordedDifference};
 use crate::opened::Opened;
-use bregma_field::{Bounds, Cancelled, Covariance, GridError, Progress, Region, Surface, Volume};
+use bregma_field::{Bounds, Cancelled, Covariance, Progress, Region, Surface, SurfaceError, Volume};
 use bregma_measure::difference::{self, Asked, PointErrors, Side, Statistics};
 use bregma_measure::mesh::Mesh;
 use bregma_measure::partner::Partners;
@@ -20,8 +20,8 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 pub enum DifferenceError {
     /// A registration that flattens a scan.
-    #[error("the transform of a volume cannot be used: {0}")]
-    Grid(#[from] GridError),
+    #[error(transparent)]
+    Surface(#[from] SurfaceError),
     /// Stopped by request.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
@@ -188,7 +188,7 @@ pub fn measure(opened: &Opened, order: &Order, progress: &Progress) -> Result<Me
     Ok(Measured { order: order.clone(), reach_mm, moved, halves, notes })
 }
 
-pub(crate) fn surface(placed: &Placed<'_>) -> Result<Surface, GridError> {
+pub(crate) fn surface(placed: &Placed<'_>) -> Result<Surface, SurfaceError> {
     Surface::new(placed.volume, placed.iso, placed.transform)
 }
 

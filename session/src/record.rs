@@ -8,7 +8,7 @@ use crate::parts::PartOf;
 use crate::section::{self, SectionError};
 use crate::source::Source;
 use crate::volumes;
-use bregma_field::{GridError, Progress};
+use bregma_field::{Progress, SurfaceError};
 use bregma_measure::csv::Made;
 use bregma_measure::volumes::VolumesError;
 use bregma_measure::{DifferenceRay, probe, probe_cut};
@@ -170,7 +170,7 @@ pub enum VerifyError {
         /// The measurement.
         name: String,
         /// What is wrong with the registration.
-        reason: GridError,
+        reason: SurfaceError,
     },
 }
 
@@ -342,7 +342,7 @@ fn found(file: &Path, folder: &Path) -> PathBuf {
 }
 
 /// Casts a ray through the whole bone of what is open, or through what the cuts leave.
-pub fn measure(opened: &Opened, ray: &Ray, as_cut: bool) -> Result<DifferenceRay, GridError> {
+pub fn measure(opened: &Opened, ray: &Ray, as_cut: bool) -> Result<DifferenceRay, SurfaceError> {
     let (volumes, scene) = (&opened.volumes, &opened.scene);
     if as_cut { probe_cut(volumes, &scene.layers, &scene.clips, ray) } else { probe(volumes, &scene.layers, ray) }
 }

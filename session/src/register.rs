@@ -3,7 +3,7 @@
 use crate::measurement::{MeasuredScan, Origin};
 use crate::opened::Opened;
 use crate::record::{VerifyError, open as open_again};
-use bregma_field::{Cancelled, Covariance, GridError, Progress, Registration, Surface, TransformError, write_transform};
+use bregma_field::{Cancelled, Covariance, Progress, Registration, Surface, SurfaceError, TransformError, write_transform};
 use bregma_measure::landmarks::Landmark;
 use bregma_measure::numbers::{fixed, significant};
 use bregma_register::anywhere::{self, Found, LIKELY};
@@ -153,8 +153,8 @@ pub enum RegisterError {
     #[error("no part of the surfaces lies on each other there; take more of the scans, or begin from another pose")]
     Apart,
     /// A grid that cannot be.
-    #[error("the transform of a volume cannot be used: {0}")]
-    Grid(#[from] GridError),
+    #[error(transparent)]
+    Surface(#[from] SurfaceError),
     /// Stopped by request.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),

@@ -5,7 +5,7 @@ use crate::difference_order::By;
 use crate::measurement::{Origin, RecordedSection};
 use crate::opened::Opened;
 use crate::section_order::{Order, Told};
-use bregma_field::{Cancelled, GridError, Progress, Surface, Volume};
+use bregma_field::{Cancelled, Progress, Surface, SurfaceError, Volume};
 use bregma_measure::csv::Made;
 use bregma_measure::difference::{PointErrors, Side};
 use bregma_measure::mesh::Mesh;
@@ -21,8 +21,8 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 pub enum SectionError {
     /// A registration that flattens a scan.
-    #[error("the transform of a volume cannot be used: {0}")]
-    Grid(#[from] GridError),
+    #[error(transparent)]
+    Surface(#[from] SurfaceError),
     /// A scan that is not there.
     #[error("a section is asked for of scan number {number}, and {open} are open; open the scans that it was made of")]
     NotOpen {

@@ -4,7 +4,7 @@ use crate::coat::{self, Coat};
 use crate::opened::Opened;
 use crate::print::Legend;
 use crate::thickness_picture::Scale;
-use bregma_field::{Cancelled, GridError, Progress, Region, Volume, WorldPoint};
+use bregma_field::{Cancelled, Progress, Region, SurfaceError, Volume, WorldPoint};
 use bregma_measure::mesh::Mesh;
 use bregma_measure::numbers::fixed;
 use bregma_measure::thickness::{self, Method, Statistics, cell_at};
@@ -59,8 +59,8 @@ pub struct Order {
 #[derive(Debug, Error)]
 pub enum MapError {
     /// A registration that flattens the scan.
-    #[error("the transform of a volume cannot be used: {0}")]
-    Grid(#[from] GridError),
+    #[error(transparent)]
+    Surface(#[from] SurfaceError),
     /// Stopped by request.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),

@@ -2,6 +2,7 @@
 
 use crate::grid::{Grid, GridError};
 use crate::histogram::Histogram;
+use crate::keep::Keep;
 use crate::placing::{Correction, Placing, labelled};
 use crate::ranges::RangeBricks;
 use crate::samples::{Sample, Samples};
@@ -60,6 +61,7 @@ pub struct Volume {
     of_file: Vec<String>,
     warnings: Vec<String>,
     slice_position_mm: f64,
+    kept: Keep,
     metadata: Metadata,
 }
 
@@ -117,8 +119,8 @@ impl Volume {
         let histogram = Histogram::build(&samples, range, BINS);
         let summary = Summary::new(slope, intercept, unit, histogram);
         let (samples, bricks, placing) = (Arc::new(samples), Arc::new(bricks), Placing::new(grid, true, 1));
-        let (of_file, slice_position_mm, metadata) = (warnings.clone(), 0.0, Metadata::new());
-        Ok(Self { name, format, placing, samples, bricks, summary, of_file, warnings, slice_position_mm, metadata })
+        let (of_file, slice_position_mm, kept, metadata) = (warnings.clone(), 0.0, Keep::default(), Metadata::new());
+        Ok(Self { name, format, placing, samples, bricks, summary, of_file, warnings, slice_position_mm, kept, metadata })
     }
 
     /// The same with what a file says beside the samples, in the place of what was said.
@@ -126,7 +128,7 @@ impl Volume {
         let said = metadata.get(SLICES_OFF).and_then(|mm| mm.parse().ok());
         // Anyone can write metadata: what is no length is none.
         let slice_position_mm = said.filter(|mm: &f64| mm.is_finite() && *mm > 0.0).unwrap_or(0.0);
-        Self { slice_position_mm, metadata, ..self }
+        Self { slice_position_mm, kept: Keep::noted(&metadata), metadata, ..self }
     }
 
     /// The same whose slices lie at most so many mm from where the grid has them, see [`Self::slice_position_mm`].
@@ -215,6 +217,11 @@ impl Volume {
         self.slice_position_mm
     }
 
+    /// What was kept of the scan when it was saved.
+    pub fn kept(&self) -> Keep {
+        self.kept
+    }
+
     /// What the file says beside the samples.
     pub fn metadata(&self) -> &Metadata {
         &self.metadata
@@ -292,7 +299,10 @@ impl Volume {
 
     /// The isovalue to open with, and why; see [`Summary::default_isovalue`].
     pub fn default_isovalue(&self) -> (f64, &'static str) {
-        self.summary.default_isovalue()
+        match (self.summary.default_isovalue(), self.kept.surfaces) {
+            ((iso, _), Some([low, high])) if !self.kept.has_surface(iso) => (iso.clamp(low, high), "the nearest whose surface was kept"),
+            (usual, _) => usual,
+        }
     }
 
     /// Memory beside the samples.

@@ -2,7 +2,7 @@
 
 use bregma_field::formats::WriteError;
 use bregma_field::formats::zarr::ConvertError;
-use bregma_field::{GridError, TransformError};
+use bregma_field::{SurfaceError, TransformError};
 use bregma_measure::volumes::VolumesError;
 use bregma_parts::PartsError;
 use bregma_register::orient::OrientError;
@@ -99,8 +99,8 @@ pub enum CommandError {
     #[error(transparent)]
     Studio(#[from] StudioFileError),
     /// A registration flattens a volume.
-    #[error("the transform of a volume cannot be used: {0}")]
-    Grid(#[from] GridError),
+    #[error(transparent)]
+    Surface(#[from] SurfaceError),
     /// A look that is not there.
     #[error(transparent)]
     Preset(#[from] PresetError),

@@ -7,7 +7,7 @@ use super::sums::{Skin, Sums};
 use super::sureness::{Bounding, Known, Measure, Sharpness};
 use crate::numbers::significant;
 use crate::{corrections, iso_tolerance, mirrored, unlike_thresholds};
-use bregma_field::{Cancelled, Clip, GridError, Measured, Progress, Sample, Store, Surface, Unit, Volume, with_block};
+use bregma_field::{Cancelled, Clip, Measured, Progress, Sample, Store, Surface, SurfaceError, Unit, Volume, with_block};
 use serde::Serialize;
 use std::sync::Arc;
 
@@ -67,7 +67,7 @@ pub fn bone(volumes: &[Arc<Volume>], measured: &[Measured], limits: &Limits, pro
         return Err(VolumesError::Count(volumes.len()));
     }
     let surface = |n: usize| Ok(Surface::new(&volumes[n], measured[n].iso, measured[n].transform)?.cut(&limits.clips, n));
-    let surfaces = (0..volumes.len()).map(surface).collect::<Result<Vec<_>, GridError>>()?;
+    let surfaces = (0..volumes.len()).map(surface).collect::<Result<Vec<_>, SurfaceError>>()?;
     if !limits.open {
         surfaces.iter().try_for_each(refuse_cut_by_box)?;
     }

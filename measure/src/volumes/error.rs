@@ -2,7 +2,7 @@
 
 use super::room::WayOut;
 use crate::numbers::fixed;
-use bregma_field::{Cancelled, GridError};
+use bregma_field::{Cancelled, SurfaceError};
 use glam::DVec3;
 use thiserror::Error;
 
@@ -13,8 +13,8 @@ pub enum VolumesError {
     #[error("{0} scans are named; volumes are of one scan or of two")]
     Count(usize),
     /// A registration that flattens a scan.
-    #[error("the transform of a volume cannot be used: {0}")]
-    Grid(#[from] GridError),
+    #[error(transparent)]
+    Surface(#[from] SurfaceError),
     /// Stopped by request.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),

@@ -71,8 +71,8 @@ impl<'a> Reel<'a> {
         match std::fs::read_to_string(&there) {
             Ok(text) if text == record => {}
             Ok(_) => return Err(FilmError::OtherFrames(reel.folder)),
-            // A folder of something else is not written into.
-            Err(_) if std::fs::read_dir(&reel.folder).is_ok_and(|mut list| list.next().is_some()) => {
+            // A folder of something else is not written into; what a kill left of the record is nothing else.
+            Err(_) if std::fs::read_dir(&reel.folder).is_ok_and(|list| list.flatten().any(|entry| !is_left(&entry))) => {
                 return Err(FilmError::OtherFrames(reel.folder));
             }
             Err(_) => {
@@ -155,12 +155,21 @@ impl<'a> Reel<'a> {
     }
 }
 
+/// Whether it is what a kill leaves of a file that was being written.
+fn is_left(entry: &std::fs::DirEntry) -> bool {
+    let name = entry.file_name();
+    let name = name.to_string_lossy();
+    name.starts_with(".bregma-") && name.ends_with(".part")
+}
+
 /// Draws what of a film is not drawn, writes it, and takes its frames away.
 pub fn write(reel: &Reel<'_>, panel: &Panel, quantiser: u8, renderer: &mut dyn Renderer, progress: &Progress) -> Result<(), FilmError> {
     reel.draw(panel, renderer, progress)?;
     if let Some(bytes) = reel.encoded(quantiser, progress)? {
         write_whole(&reel.file, &bytes)?;
-        // The film is whole; frames that stay in the way are no failure of it.
+        // The film is whole; frames that stay in the way are no failure of it. The record goes last: until then it says what the others are.
+        let all = std::fs::read_dir(&reel.folder).into_iter().flatten().flatten().filter(|entry| entry.file_name() != RECORD);
+        all.for_each(|entry| drop(std::fs::remove_file(entry.path())));
         drop(std::fs::remove_dir_all(&reel.folder));
     }
     Ok(())

@@ -16,6 +16,11 @@ fn a_killed_film_goes_on_and_is_the_same_to_the_last_byte() {
     ok(&d, &film("whole.mp4"));
     let whole_ms = begun.elapsed().as_millis() as f64;
     let whole = std::fs::read(d.join("whole.mp4")).unwrap();
+    // What a kill leaves of the record is no film of another.
+    std::fs::create_dir(d.join("left.mp4.frames")).unwrap();
+    std::fs::write(d.join("left.mp4.frames/.bregma-1-0.part"), "{").unwrap();
+    ok(&d, &film("left.mp4"));
+    assert!(!d.join("left.mp4.frames").exists() && std::fs::read(d.join("left.mp4")).unwrap() == whole);
     let kills = std::env::var("BREGMA_KILLS").ok().and_then(|n| n.parse().ok()).unwrap_or(5);
     let program = std::env::current_exe().unwrap().parent().unwrap().parent().unwrap().join("bregma");
     let mut random = Random(20);

@@ -9,6 +9,7 @@ mod parting;
 mod printing;
 mod registering;
 mod sectioning;
+mod stores;
 mod volumes;
 mod within;
 

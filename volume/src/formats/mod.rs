@@ -79,6 +79,8 @@ pub struct Writer {
 pub static FORMATS: &[Format] = &[
     nrrd::FORMAT,
     nifti::FORMAT,
+    // Before those that look into every file of a folder.
+    zarr::FORMAT,
     dicom::FORMAT,
     metaimage::FORMAT,
     tiff::FORMAT,
@@ -94,7 +96,6 @@ pub static FORMATS: &[Format] = &[
     drishti::FORMAT,
     pictures::FORMAT,
     vh::FORMAT,
-    zarr::FORMAT,
     raw::FORMAT,
 ];
 
@@ -256,16 +257,20 @@ pub fn open(path: &Path, hints: &Hints, progress: &Progress) -> Result<Volume, O
     scan(path, hints, progress)?.load(progress)
 }
 
+/// The writer of the form that the name of `path` asks for.
+pub fn writer(path: &Path) -> Result<&'static Writer, WriteError> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
+    let writers = || FORMATS.iter().filter_map(|format| format.write.as_ref());
+    writers().find(|writer| writer.endings.iter().any(|end| name.ends_with(end))).ok_or_else(|| {
+        let forms = writers().flat_map(|writer| writer.endings).copied().collect::<Vec<_>>().join(", ");
+        WriteError::UnknownForm { file: path.to_owned(), forms }
+    })
+}
+
 /// Writes `volume` in the form that the name of `path` asks for, with its type, geometry and metadata. Gives a sentence for each thing
 /// that the form cannot hold. `progress` counts bytes of samples.
 pub fn write(path: &Path, volume: &Volume, progress: &Progress) -> Result<Vec<String>, WriteError> {
-    let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
-    let writers = || FORMATS.iter().filter_map(|format| format.write.as_ref());
-    let writer = writers().find(|writer| writer.endings.iter().any(|end| name.ends_with(end))).ok_or_else(|| {
-        let forms = writers().flat_map(|writer| writer.endings).copied().collect::<Vec<_>>().join(", ");
-        WriteError::UnknownForm { file: path.to_owned(), forms }
-    })?;
-    (writer.write)(path, volume, progress)
+    (writer(path)?.write)(path, volume, progress)
 }
 
 /// The only folder that holds a scan in a folder that itself holds none, as archives are unpacked into one.

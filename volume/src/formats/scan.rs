@@ -7,7 +7,7 @@ use super::part::{self, Part};
 use super::{Hints, OpenError, ReadError, Reduce, fill, memory};
 use crate::placing::{labelled, nth_sample};
 use crate::volume::{self, BINS, Metadata};
-use crate::{Correction, Grid, GridError, Histogram, Placing, Progress, Raster, Sample, Samples, Summary, Unit, Volume, VolumeError};
+use crate::{Correction, Grid, GridError, Histogram, Keep, Placing, Progress, Raster, Sample, Samples, Summary, Unit, Volume, VolumeError};
 use rayon::prelude::*;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -317,7 +317,8 @@ impl Scan {
     }
 
     fn warnings(&self, late: Vec<String>, rounded: Option<String>) -> Vec<String> {
-        self.warnings.iter().cloned().chain(late).chain(rounded).chain(self.label()).collect()
+        let kept = Keep::noted(&self.metadata).sentences();
+        self.warnings.iter().cloned().chain(kept).chain(late).chain(rounded).chain(self.label()).collect()
     }
 
     /// The sentence about a preview.
@@ -410,8 +411,16 @@ fn usual(ends: [f32; 2]) -> Result<[f32; 2], VolumeError> {
 
 fn lowest_and_highest<T: Sample>(samples: &[T]) -> [f64; 2] {
     let Some(&first) = samples.first() else { return [f64::MAX, f64::MIN] };
-    let ends = samples.iter().fold([first; 2], |[low, high], &s| [if s < low { s } else { low }, if s > high { s } else { high }]);
-    ends.map(T::to_f64)
+    let narrower = |a: T, b: T| if b < a { b } else { a };
+    let wider = |a: T, b: T| if b > a { b } else { a };
+    // Side by side, so that vectors of samples are compared at once.
+    let (mut lowest, mut highest) = ([first; 64], [first; 64]);
+    for some in samples.chunks(64) {
+        for ((low, high), &s) in lowest.iter_mut().zip(&mut highest).zip(some) {
+            (*low, *high) = (narrower(*low, s), wider(*high, s));
+        }
+    }
+    [lowest.into_iter().fold(first, narrower), highest.into_iter().fold(first, wider)].map(T::to_f64)
 }
 
 /// What is counted while samples stream by.

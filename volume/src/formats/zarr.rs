@@ -9,7 +9,6 @@ mod pyramid;
 mod ranges;
 mod write;
 
-pub use keep::{Keep, KeepError};
 pub use write::{ConvertError, convert};
 
 use self::array::Array;
@@ -44,7 +43,8 @@ fn scan(path: &Path, hints: &Hints, _progress: &Progress) -> Result<Scan, ReadEr
     let folder = folder_of(path).ok_or(ReadError::Directory)?;
     let mut warnings = vec![];
     let image = ome::read(&folder, &mut warnings)?;
-    let array = Array::open(&folder.join(image.as_ref().map_or("", |image| &image.path)))?;
+    let array_folder = folder.join(image.as_ref().map_or("", |image| &image.path));
+    let array = Array::open(&array_folder)?;
     let names = array.names();
     let axes = image.as_ref().map_or_else(|| Axes::of(&names), |image| Ok(image.axes.clone()))?;
     let shape = array.shape().to_vec();
@@ -63,6 +63,7 @@ fn scan(path: &Path, hints: &Hints, _progress: &Progress) -> Result<Scan, ReadEr
     let sample = array.sample_type()?;
     let bytes = (grid.len() as u64).saturating_mul(sample.bytes() as u64);
     let depth = array.depth(space[0], bytes / dims[2] as u64, SLAB_BYTES);
+    check_length(&array_folder, bytes)?;
     let storage = Storage::Stream(Box::new(move |progress, take| {
         for from in (0..dims[2] as u64).step_by(depth as usize) {
             let until = (from + depth).min(dims[2] as u64);
@@ -73,14 +74,33 @@ fn scan(path: &Path, hints: &Hints, _progress: &Progress) -> Result<Scan, ReadEr
         Ok(vec![])
     }));
     let scan = Scan::new(grid, Encoding { sample, big_endian: cfg!(target_endian = "big") }, bytes, storage);
-    let mut scan = Scan { spacing_is_stated, warnings, ..scan };
+    let scan = Scan { spacing_is_stated, warnings, ..scan };
     Ok(match beside {
-        Some(b) => {
-            scan.warnings.extend(keep::said(&b.metadata));
-            Scan { slope: b.slope, intercept: b.intercept, unit: b.unit, metadata: b.metadata, ..scan }
-        }
+        Some(b) => Scan { slope: b.slope, intercept: b.intercept, unit: b.unit, metadata: b.metadata, ..scan },
         None => scan,
     })
+}
+
+/// Bytes of samples for each byte of files: chunks of one value pack that well, and missing ones need none, but a store of nothing is no scan.
+const MOST_EXPANSION: u64 = 100_000;
+
+/// Refuses an array of which next to nothing is there.
+fn check_length(folder: &Path, wanted: u64) -> Result<(), ReadError> {
+    let (mut there, mut folders) = (0_u64, vec![folder.to_owned()]);
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder)? {
+            let entry = entry?;
+            match entry.metadata() {
+                Ok(data) if data.is_dir() => folders.push(entry.path()),
+                Ok(data) => there = there.saturating_add(data.len()),
+                Err(_) => {}
+            }
+            if there.saturating_mul(MOST_EXPANSION) >= wanted {
+                return Ok(());
+            }
+        }
+    }
+    Err(ReadError::CannotHold { wanted: wanted.into(), compressed: there })
 }
 
 /// Where the samples lie, and whether the file says how far they are apart.

@@ -5,12 +5,14 @@
 
 pub mod same;
 
+use bregma_volume::{Progress, formats};
 use flate2::Compression;
 use flate2::write::{DeflateEncoder, GzEncoder, ZlibEncoder};
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Samples along each axis.
 pub const DIMS: [usize; 3] = [8, 6, 4];
@@ -503,6 +505,42 @@ pub fn isq() -> Vec<u8> {
     [h, samples(false)].concat()
 }
 
+const MULTISCALES: &str = r#"{"multiscales": [{"version": "0.4", "axes": [{"name": "z", "type": "space", "unit": "millimeter"},
+    {"name": "y", "type": "space", "unit": "millimeter"}, {"name": "x", "type": "space", "unit": "millimeter"}],
+    "datasets": [{"path": "0", "coordinateTransformations": [{"type": "scale", "scale": [2, 0.75, 0.5]}]}]}]}"#;
+
+/// OME-Zarr 0.4 in Zarr 2, in two chunks.
+fn zarr_2() -> Vec<(String, Vec<u8>)> {
+    let array = r#"{"zarr_format": 2, "shape": [4, 6, 8], "chunks": [2, 6, 8], "dtype": "<u2", "compressor": {"id": "zlib", "level": 1},
+        "fill_value": 0, "order": "C", "filters": null, "dimension_separator": "/"}"#;
+    let chunk = |k: usize| (format!("0/{k}/0/0"), zlib(&[slice(2 * k, false), slice(2 * k + 1, false)].concat()));
+    let head = [(".zgroup", r#"{"zarr_format": 2}"#), (".zattrs", MULTISCALES), ("0/.zarray", array)];
+    head.into_iter().map(|(name, text)| (name.to_owned(), text.as_bytes().to_vec())).chain((0..2).map(chunk)).collect()
+}
+
+/// OME-Zarr 0.5 as it is written here.
+fn zarr_3() -> Vec<(String, Vec<u8>)> {
+    fn files(folder: &Path, below: &Path, found: &mut Vec<(String, Vec<u8>)>) {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            match path.is_dir() {
+                true => files(&path, below, found),
+                false => found.push((path.strip_prefix(below).unwrap().to_str().unwrap().to_owned(), fs::read(&path).unwrap())),
+            }
+        }
+    }
+    static COUNT: AtomicUsize = AtomicUsize::new(0);
+    let folder = Folder::new(&format!("own-store-{}", COUNT.fetch_add(1, Ordering::Relaxed)));
+    let nrrd = folder.put("a.nrrd", &nrrd("encoding: raw", &samples(false)));
+    let volume = formats::open(&nrrd, &formats::Hints::default(), &Progress::default()).unwrap();
+    let store = folder.0.join("a.ome.zarr");
+    formats::write(&store, &volume, &Progress::default()).unwrap();
+    let mut found = vec![];
+    files(&store, &store, &mut found);
+    found.sort();
+    found
+}
+
 /// Scans whose samples are all those of `sample`.
 pub fn all() -> Vec<Small> {
     use tiff::encoder::{Compression as Pack, DeflateLevel};
@@ -584,6 +622,8 @@ pub fn all() -> Vec<Small> {
         one("DICOM in a zip", "z.zip", zip(&dicom_files(Dicom::slice))),
         folder("PNG", pictures("png", image::ImageFormat::Png)),
         folder("TIFF slices", (0..4).map(|k| (format!("s{k}.tiff"), tiff(k..k + 1, "", Pack::Lzw, false))).collect()),
+        folder("Zarr 2", zarr_2()),
+        folder("OME-Zarr", zarr_3()),
         one("PNG in a zip", "p.zip", zip(&pictures("png", image::ImageFormat::Png))),
     ];
     // One page, and the samples of the others behind it, as ImageJ writes beyond 4 GiB. The page's own are those of all.

@@ -3,8 +3,9 @@
 use crate::cli::args::ConvertArgs;
 use crate::cli::error::CommandError;
 use crate::cli::terminal::{warn, with_progress};
+use bregma_field::Keep;
 use bregma_field::formats;
-use bregma_field::formats::zarr::{self, Keep};
+use bregma_field::formats::zarr;
 use bregma_session::{InputError, Source};
 
 /// Reads a scan and writes it in the form that the name of the output asks for; into a store of chunks as it streams, so that it need not fit

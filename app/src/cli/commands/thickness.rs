@@ -56,7 +56,7 @@ pub fn thickness(args: &ThicknessArgs, machine: Machine) -> Result<(), CommandEr
         order.clips.clone_from(&opened.scene.clips);
     }
     let map = with_progress("measuring", |progress| order.measure(progress)).map_err(|e| match e {
-        MapError::Grid(e) => CommandError::Grid(e),
+        MapError::Surface(e) => CommandError::Surface(e),
         MapError::Nothing | MapError::Cancelled(_) => CommandError::NoThickness(volume.name().to_owned()),
     })?;
     let ends_mm = args.range.map_or(map.ends_mm(), |(low, high)| [low, high]);

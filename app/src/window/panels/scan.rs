@@ -1,13 +1,17 @@
-//! What is known of a scan, and what is seldom changed of it: its name and place in the list, its spacing, how it lies.
+//! What is known of a scan, and what is seldom changed of it: its name and place in the list, its spacing, how it lies. A copy of it is saved here.
 
+use super::super::ask::{Ask, Kind};
 use super::super::bench::Bench;
 use super::super::measured::Work;
 use super::super::words::{in_the_window, type_words};
+use super::saving::Saving;
+use bregma_field::formats;
 use bregma_field::{Correction, Turn, Volume};
 use bregma_measure::export::suffix;
 use bregma_session::{Opened, Source};
 use egui::{Context, DragValue, Grid, Label, RichText, ScrollArea, TextEdit, Ui, Window};
 use glam::DVec3;
+use std::path::Path;
 use std::sync::Arc;
 
 /// The panel, which shows one scan.
@@ -19,6 +23,7 @@ pub struct ScanPanel {
     spacing_mm: DVec3,
     /// A mirror image was asked for.
     asked: Asked,
+    saving: Saving,
 }
 
 /// How often the person was asked whether a mirror image is meant.
@@ -48,6 +53,9 @@ impl ScanPanel {
 
     /// Shows the panel, if it is open and its scan is.
     pub fn show(&mut self, ctx: &Context, bench: &mut Bench) {
+        if let Err(error) = self.saving.poll(bench) {
+            bench.messages.error(error);
+        }
         let Some(shown) = &self.of else { return };
         let volumes = &bench.work.opened.volumes;
         let same = |v: &Arc<Volume>| Arc::ptr_eq(v, shown);
@@ -79,6 +87,7 @@ impl ScanPanel {
         let Some(shown) = &self.of else { return };
         let Some(n) = bench.work.opened.volumes.iter().position(|v| Arc::ptr_eq(v, shown)) else { return };
         facts(ui, &bench.work.opened.sources[n], &bench.work.opened.volumes[n]);
+        self.save(ui, bench, n);
         ui.separator();
         let spaced = self.spacing(ui, &bench.work.opened.volumes[n]);
         ui.separator();
@@ -125,6 +134,21 @@ impl ScanPanel {
         }
         if !work.opened.volumes.iter().any(|v| self.of.as_ref().is_some_and(|of| Arc::ptr_eq(v, of))) {
             self.open(&work.opened, to.unwrap_or(n));
+        }
+    }
+
+    /// Saves the scan as it lies now in a form that holds all of it.
+    fn save(&mut self, ui: &mut Ui, bench: &mut Bench, n: usize) {
+        if let Some(file) = self.saving.chosen() {
+            let volume = Arc::clone(&bench.work.opened.volumes[n]);
+            self.saving.start(ui.ctx(), "Saving the scan", file, move |file, progress| {
+                formats::write(file, &volume, progress).map(drop).map_err(|e| e.to_string())
+            });
+        }
+        if !self.saving.is_at_work(ui) {
+            let hint = "As it lies now, in a form that holds all of it; OME-Zarr is in chunks that napari and neuroglancer read, too";
+            let check = |file: &Path| formats::writer(file).map(drop).map_err(|e| e.to_string());
+            self.saving.button(ui, bench, true, ("Save a copy…", hint), SAVE, check);
         }
     }
 
@@ -223,6 +247,14 @@ impl ScanPanel {
         is_meant
     }
 }
+
+/// Where a copy is saved, and as what.
+const SAVE: Ask = Ask {
+    title: "Save a copy of the scan",
+    kind: Kind::Save,
+    forms: &[("NRRD", &["nrrd"]), ("OME-Zarr, in chunks", &["ome.zarr", "zarr"]), ("MetaImage", &["mha"])],
+    name: "scan.nrrd",
+};
 
 /// Width of the contents, in points: the panel lies over the cards, so that the picture is seen beside it.
 const WIDTH: f32 = 350.0;

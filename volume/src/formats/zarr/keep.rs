@@ -1,4 +1,4 @@
-//! What of a scan a store keeps: all of it, or only what surfaces between two isovalues need, or samples within an error.
+//! Leaving out of a stream of samples what is not to be kept: all but what surfaces between two isovalues need, or more than an error of each.
 //!
 //! Surfaces between two isovalues lo and hi stay the same to the bit, normals too, where each of these samples does:
 //!
@@ -13,61 +13,9 @@
 //! value between samples, which is a mean of theirs: the surface of an isovalue v lies between those of v − D and v + D of the scan.
 
 use super::pyramid::Voxel;
-use crate::Samples;
-use crate::volume::Metadata;
+use crate::{Keep, Samples};
 use rayon::prelude::*;
 use std::collections::VecDeque;
-use thiserror::Error;
-
-/// What of a scan a store keeps.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Keep {
-    /// Surfaces of isovalues from the first to the second; all where there is none.
-    pub surfaces: Option<[f64; 2]>,
-    /// How far values may be off, in the scan's values.
-    pub error: f64,
-}
-
-const SURFACES: &str = "SurfacesKept";
-const ERROR: &str = "ValuesOffBy";
-
-/// What a scan's metadata says of it, each a sentence for the person.
-pub fn said(metadata: &Metadata) -> Vec<String> {
-    let surfaces = metadata.get(SURFACES).map(|kept| {
-        format!("only its surfaces of isovalues {kept} are those of the scan that it was saved from: elsewhere its samples stand for what is left out")
-    });
-    let error = metadata.get(ERROR).map(|error| format!("its values are off by up to {error}, as it was saved with --error"));
-    surfaces.into_iter().chain(error).collect()
-}
-
-/// What cannot be kept.
-#[derive(Debug, Error, PartialEq)]
-pub enum KeepError {
-    /// No interval.
-    #[error("surfaces from {0} to {1} are none; name the lower isovalue first, as in 100..400")]
-    Interval(f64, f64),
-    /// No error.
-    #[error("an error of {0} is none; it must be 0 or more, in the scan's values")]
-    Error(f64),
-}
-
-impl Keep {
-    /// Refuses what is no interval and no error.
-    pub fn check(&self) -> Result<(), KeepError> {
-        match self.surfaces {
-            Some([low, high]) if !(low.is_finite() && high.is_finite() && low <= high) => Err(KeepError::Interval(low, high)),
-            _ if !(self.error.is_finite() && self.error >= 0.0) => Err(KeepError::Error(self.error)),
-            _ => Ok(()),
-        }
-    }
-
-    /// Notes it in a scan's metadata, where every form that it is converted to keeps it. Errors add up.
-    pub fn note(&self, metadata: &mut Metadata) {
-        let before: f64 = metadata.get(ERROR).and_then(|said| said.parse().ok()).unwrap_or(0.0);
-        metadata.extend(self.surfaces.map(|[low, high]| (SURFACES.to_owned(), format!("{low}..{high}"))));
-        metadata.extend((self.error > 0.0).then(|| (ERROR.to_owned(), (before + self.error).to_string())));
-    }
-}
 
 /// What is kept, in sample units.
 #[derive(Clone, Copy)]

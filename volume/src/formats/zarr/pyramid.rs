@@ -183,9 +183,13 @@ fn halve<T: Voxel>(slab: &[T], [nx, ny, _]: [usize; 3], [hx, hy, _]: [usize; 3])
         let (z, y) = (row / hy * 2, row % hy * 2);
         let line = |z: usize, y: usize| &slab[(z.min(depth - 1) * ny + y.min(ny - 1)) * nx..][..nx];
         let [a, b, c, d] = [line(z, y), line(z, y + 1), line(z + 1, y), line(z + 1, y + 1)];
-        for (x, to) in to.iter_mut().enumerate() {
-            let (x, next) = (2 * x, (2 * x + 1).min(nx - 1));
-            *to = T::mean([a[x], a[next], b[x], b[next], c[x], c[next], d[x], d[next]]);
+        let pairs = [a, b, c, d].map(|line| line.as_chunks::<2>().0);
+        let eight = pairs[0].iter().zip(pairs[1]).zip(pairs[2]).zip(pairs[3]);
+        for (to, (((a, b), c), d)) in to.iter_mut().zip(eight) {
+            *to = T::mean([a[0], a[1], b[0], b[1], c[0], c[1], d[0], d[1]]);
+        }
+        if nx % 2 == 1 {
+            to[hx - 1] = [a, b, c, d].map(|line| [line[nx - 1]; 2]).as_flattened().try_into().map_or(T::zeroed(), T::mean);
         }
     });
     halved

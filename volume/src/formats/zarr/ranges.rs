@@ -48,14 +48,19 @@ impl<T: Voxel> Ranges<T> {
         self.ends[from..from + cx * cy].par_iter_mut().enumerate().for_each(|(chunk, ends)| {
             let (x0, y0) = (chunk % cx * CHUNK, chunk / cx * CHUNK);
             let (x1, y1) = ((x0 + CHUNK + 1).min(nx), (y0 + CHUNK + 1).min(ny));
+            // Column by column, so that vectors of samples are compared at once.
+            let first = slices[y0 * nx + x0];
+            let (mut lowest, mut highest) = ([first; CHUNK + 1], [first; CHUNK + 1]);
             for slice in slices.chunks(nx * ny) {
                 for row in slice.chunks(nx).take(y1).skip(y0) {
-                    let row = &row[x0..x1];
-                    let first = [row[0]; 2];
-                    let of_row = row.iter().fold(first, |[low, high], &s| [if s < low { s } else { low }, if s > high { s } else { high }]);
-                    *ends = wider(*ends, Some(of_row));
+                    for ((low, high), &s) in lowest.iter_mut().zip(&mut highest).zip(&row[x0..x1]) {
+                        *low = if s < *low { s } else { *low };
+                        *high = if s > *high { s } else { *high };
+                    }
                 }
             }
+            let columns = lowest.into_iter().zip(highest).map(|(low, high)| Some([low, high]));
+            *ends = columns.fold(*ends, wider);
         });
     }
 

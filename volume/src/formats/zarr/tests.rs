@@ -2,7 +2,7 @@ use super::array::Array;
 use super::*;
 use crate::formats::{OpenError, open, scan as scan_file, write as write_file};
 use crate::volume::ReadSamples;
-use crate::{Raster, Sample, Samples, Unit, Volume, with_samples};
+use crate::{Keep, KeepError, Raster, Sample, Samples, Unit, Volume, with_samples};
 use std::fs;
 use std::sync::atomic::{AtomicUsize, Ordering};
 

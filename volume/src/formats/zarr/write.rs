@@ -11,11 +11,11 @@ use super::super::scan::Scan;
 use super::super::write::WriteError;
 use super::super::{OpenError, ReadError};
 use super::MARKS;
-use super::keep::{Filter, Keep, KeepError, Kept, Near};
+use super::keep::{Filter, Kept, Near};
 use super::ome::Beside;
 use super::pyramid::{Pyramid, levels};
 use crate::volume::{Metadata, ReadSamples};
-use crate::{Cancelled, Grid, Progress, Samples, Unit, Volume, with_samples};
+use crate::{Cancelled, Grid, Keep, KeepError, Progress, Samples, Unit, Volume, with_samples};
 use serde_json::{Value, json};
 use std::io;
 use std::path::Path;
@@ -203,7 +203,7 @@ impl About {
     fn describe(&self, folder: &Path) -> io::Result<()> {
         let [slope, intercept] = self.scale;
         let mut metadata = self.metadata.clone();
-        self.keep.note(&mut metadata);
+        self.keep.of(Keep::noted(&metadata)).note(&mut metadata);
         let beside = Beside {
             version: 1,
             index_to_world: self.grid.index_to_world().to_cols_array(),
