@@ -7,6 +7,7 @@ mod content;
 pub mod formats;
 mod grid;
 mod histogram;
+mod mesh;
 mod placing;
 mod progress;
 mod ranges;
@@ -19,6 +20,7 @@ mod volume;
 
 pub use grid::{Grid, GridError, IndexPoint, WorldPoint};
 pub use histogram::{Histogram, Otsu};
+pub use mesh::{Mesh, read_mesh};
 pub use placing::{Correction, Placing};
 pub use progress::{Cancelled, Progress};
 pub use ranges::{BRICK, RangeBricks};
