@@ -254,6 +254,43 @@ mod tests {
     }
 
     #[test]
+    fn what_is_grown_and_shrunk_is_the_offset_of_its_samples() {
+        // Fails if a face or an edge of a box of samples is not where its offset is, or a ball's is farther from it than its samples are from the ball. Of
+        // bodies that lie at samples distances are exact; of others a label map knows no more than its samples.
+        let spacing = DVec3::ONE;
+        let dims = [48, 48, 48];
+        let within_box = |p: DVec3, half: DVec3| {
+            let out = (p - 24.0).abs() - half;
+            -(out.max(DVec3::ZERO).length() + out.max_element().min(0.0))
+        };
+        let slab = |p: DVec3| 8.0 - (p.z - 24.0).abs();
+        let cube = |p: DVec3| within_box(p, DVec3::new(9.0, 8.0, 7.0));
+        let ball = |p: DVec3| 9.3 - (p - 24.0).length();
+        // A ball's samples lie up to half a diagonal of a voxel within it, and those around it up to a voxel outside.
+        let bodies: [(&str, &dyn Fn(DVec3) -> f64, f64); 3] = [("slab", &slab, 1e-3), ("box", &cube, 1e-3), ("ball", &ball, 1.0)];
+        for (name, distance, bound) in bodies {
+            let place = |n: usize| DVec3::new((n % dims[0]) as f64, (n / dims[0] % dims[1]) as f64, (n / dims[0] / dims[1]) as f64);
+            let count = dims.iter().product();
+            let labels = labels(dims, spacing, (0..count).map(|n| u8::from(distance(place(n)) >= 0.0)).collect());
+            let reach_mm = REACH_DIAGONALS * spacing.length();
+            for grow_mm in [0.0, 2.5, 6.0, -3.0, -4.5] {
+                let meant = Meant { numbers: &[1], grow_mm, bone: None };
+                let solid = labels.space_of(meant, &Progress::default()).unwrap();
+                let near = Solid::band_mm(labels.grid());
+                let off = |n: usize| {
+                    let exact = distance(place(n)) + reach_mm + grow_mm;
+                    let at = place(n).as_usizevec3().to_array();
+                    (exact.abs() < near).then(|| (f64::from(solid.units_at(at)) * solid.unit_mm() - exact).abs())
+                };
+                let all: Vec<f64> = (0..count).filter_map(off).collect();
+                let worst = all.iter().copied().fold(0.0, f64::max);
+                println!("a {name} of samples grown by {grow_mm} mm: at most {worst:.1e} voxel off, of {} samples", all.len());
+                assert!(worst < bound && all.len() > 1000, "{name}, {grow_mm} mm: {worst}");
+            }
+        }
+    }
+
+    #[test]
     fn all_cells_around_a_part_are_in_its_space_and_bone_of_nobody_is_not() {
         // Fails if the surface of a part's bone is cut, or bone beside it that has no label counts as its own.
         let dims = [24, 20, 22];

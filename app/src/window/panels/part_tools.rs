@@ -61,7 +61,9 @@ fn part(ui: &mut Ui, hand: &mut PartHand) {
         square(ui, color);
         let combo = ComboBox::from_id_salt("part by hand").selected_text(name).width(ui.available_width() - 90.0).truncate();
         let combo = combo.show_ui(ui, |ui| {
-            for (number, name, _) in parts.iter().take(MOST) {
+            // The largest islands come first, and what was painted last.
+            let few = parts.iter().enumerate().filter(|(n, _)| *n < MOST || n + MOST >= parts.len());
+            for (_, (number, name, _)) in few {
                 ui.selectable_value(&mut hand.number, *number, name);
             }
         });
@@ -72,8 +74,8 @@ fn part(ui: &mut Ui, hand: &mut PartHand) {
     });
 }
 
-/// A list of more is none to choose from.
-const MOST: usize = 50;
+/// So many from either end: a list of more is none to choose from.
+const MOST: usize = 20;
 
 /// The colour of a part.
 pub fn square(ui: &mut Ui, color: Color32) -> Rect {

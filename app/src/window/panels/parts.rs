@@ -109,12 +109,16 @@ impl PartsPanel {
         if bench.work.opened.volumes.len() > 1 {
             choose_scans(ui, &bench.work.opened, std::slice::from_mut(&mut self.index), &[("Of", "Scan to part")]);
         }
+        let was_at_work = self.job.is_some();
         if self.wanted.as_ref().is_some_and(|(_, since)| since.elapsed() < SOON) {
             ui.ctx().request_repaint_after(SOON);
             self.deeds(ui, bench);
         } else if !is_at_work(&mut self.job, ui) {
             self.wanted = None;
             self.deeds(ui, bench);
+        } else if was_at_work && self.job.is_none() {
+            // What the person stopped has become nothing.
+            fall_back(bench);
         }
         let Some(labelled) = bench.work.opened.sources.get(self.index).and_then(|source| source.labels.clone()) else {
             ui.weak("Keep the skull leaves the head rest, the table, the paw out. Find islands lists all bone that hangs together.");
