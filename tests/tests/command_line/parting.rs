@@ -112,7 +112,7 @@ fn parts_grow_from_seeds_come_from_surfaces_and_are_smoothed() {
             );
         }
     }
-    std::fs::write(d.join("box.stl"), &stl).unwrap();
+    std::fs::write(d.join("box.stl"), format!("{stl}endsolid\n")).unwrap();
     let filled = rows("parts two.nrrd --surface box.stl --iso 0 --out box.seg.nrrd --json");
     assert_eq!((samples(&filled), filled["parts"][0]["name"].as_str()), (vec![7 * 9 * 9], Some("box")));
     let open = stl.rsplitn(3, "facet normal").last().unwrap().to_owned();

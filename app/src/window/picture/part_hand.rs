@@ -9,7 +9,7 @@ use bregma_field::{Surface, Volume, WorldPoint};
 use bregma_parts::{Dab, Depth, Labels, Lasso, PartsError, Span};
 use bregma_renderer::{Camera, Color, Picture};
 use bregma_session::{Labelled, Opened};
-use egui::{Color32, Key, Painter, Pos2, Response, Shape, Stroke, Ui};
+use egui::{Color32, Event, Key, Painter, Pos2, Response, Shape, Stroke, Ui};
 use glam::{DAffine3, DVec2, DVec3};
 use std::sync::Arc;
 
@@ -260,9 +260,14 @@ impl PartHand {
     /// Lets the mouse draw a line of the scissors; `picture` has what is seen.
     pub fn cut(&mut self, ui: &Ui, response: &Response, screen: &Screen<'_>, picture: Option<&Picture>) {
         let (down, free) = ui.input(|i| (i.pointer.primary_down(), !i.modifiers.shift && !i.modifiers.alt));
-        if let Some(at) = response.interact_pointer_pos().filter(|_| down && free && response.is_pointer_button_down_on()) {
-            if self.lasso.last().is_none_or(|last| last.distance(at) >= CORNER) {
-                self.lasso.push(at);
+        if down && free && response.is_pointer_button_down_on() {
+            // All places that the mouse has passed since the last frame, which may take its time.
+            let moved = |event: &Event| if let Event::PointerMoved(at) = event { Some(*at) } else { None };
+            let passed: Vec<Pos2> = ui.input(|i| i.events.iter().filter_map(moved).chain(i.pointer.interact_pos()).collect());
+            for at in passed {
+                if self.lasso.last().is_none_or(|last| last.distance(at) >= CORNER) {
+                    self.lasso.push(at);
+                }
             }
             ui.ctx().request_repaint();
             return;
@@ -289,7 +294,7 @@ impl PartHand {
     }
 
     fn keys(&mut self, ui: &Ui) {
-        if ui.ctx().memory(|memory| memory.focused().is_some()) {
+        if ui.ctx().text_edit_focused() {
             return;
         }
         let [smaller, larger] = [Key::OpenBracket, Key::CloseBracket].map(|key| ui.input(|i| i.num_presses(key)) as i32);
@@ -330,6 +335,7 @@ impl PartHand {
         let bone = self.bone(work)?;
         let mut colors = vec![None; 1 << 16];
         self.parts().into_iter().for_each(|(number, _, color)| colors[usize::from(number)] = Some(color.gamma_multiply(TINT)));
+        let hidden = self.known.as_ref().map(|known| known.left_out().clone()).unwrap_or_default();
         let last = DVec3::from(self.labels.grid().dims().map(|n| n as f64 - 1.0));
         Some(move |point: DVec3| {
             let at = bone.grid.index(WorldPoint(point)).0;
@@ -343,7 +349,10 @@ impl PartHand {
             let cell = at.floor().clamp(DVec3::ZERO, last);
             let corners = (0..8).map(|c| (cell + DVec3::new(f64::from(c & 1), f64::from(c >> 1 & 1), f64::from(c >> 2))).min(last));
             let bony = corners.filter(|corner| bone.holds(corner.to_array().map(|n| n as usize)));
-            let nearest = bony.min_by(|a, b| a.distance_squared(at).total_cmp(&b.distance_squared(at)))?;
+            // On a face of what is kept the sample behind it may be nearer.
+            let nearest = bony
+                .filter(|corner| !hidden.contains(&number(*corner)))
+                .min_by(|a, b| a.distance_squared(at).total_cmp(&b.distance_squared(at)))?;
             colors[usize::from(number(nearest))]
         })
     }
