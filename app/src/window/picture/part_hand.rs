@@ -77,6 +77,8 @@ pub struct PartHand {
 
 /// Radii of brushes, mm.
 pub const RADII_MM: std::ops::RangeInclusive<f64> = 0.1..=50.0;
+/// A smaller brush, and a larger one.
+const KEYS: [Key; 2] = [Key::OpenBracket, Key::CloseBracket];
 /// What a press of [ or ] changes a radius by.
 const FACTOR: f64 = 1.15;
 /// Touches lie so far apart along a stroke, in radii.
@@ -293,11 +295,16 @@ impl PartHand {
         Surface::new(&self.scan, layer.iso, layer.transform).ok()
     }
 
+    /// Whether a key is its own.
+    pub fn takes(&self, key: Key) -> bool {
+        self.means != Means::Scissors && KEYS.contains(&key)
+    }
+
     fn keys(&mut self, ui: &Ui) {
         if ui.ctx().text_edit_focused() {
             return;
         }
-        let [smaller, larger] = [Key::OpenBracket, Key::CloseBracket].map(|key| ui.input(|i| i.num_presses(key)) as i32);
+        let [smaller, larger] = KEYS.map(|key| ui.input(|i| i.num_presses(key)) as i32);
         self.radius_mm = (self.radius_mm * FACTOR.powi(larger - smaller)).clamp(*RADII_MM.start(), *RADII_MM.end());
     }
 
