@@ -10,6 +10,7 @@ pub mod chord;
 pub mod clip;
 pub mod crossings;
 pub mod filters;
+mod flow;
 pub mod interpolant;
 mod ray;
 mod smooth;
@@ -22,9 +23,9 @@ mod within;
 
 pub use bounds::Bounds;
 pub use bregma_volume::{
-    BRICK, Cancelled, Correction, Covariance, Grid, GridError, Histogram, IndexPoint, Keep, KeepError, Metadata, Otsu, Placing, Progress,
-    RangeBricks, Raster, Registration, Sample, Samples, Summary, TransformError, TransformForm, Turn, TurnError, Unit, Volume, VolumeError,
-    WorldPoint, formats, read_transform, replace_file, write_transform,
+    BRICK, Cancelled, Correction, Covariance, Grid, GridError, Histogram, IndexPoint, Keep, KeepError, Mesh, Metadata, Otsu, Placing,
+    Progress, RangeBricks, Raster, Registration, Sample, Samples, Summary, TransformError, TransformForm, Turn, TurnError, Unit, Volume,
+    VolumeError, WorldPoint, formats, read_mesh, read_transform, replace_file, write_transform,
 };
 pub use clip::{Clip, Region, Shape};
 pub use ray::Ray;

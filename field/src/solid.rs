@@ -93,6 +93,25 @@ impl Solid {
     /// # Panics
     /// Where there are not as many distances as samples.
     pub fn of_tiles(grid: &Grid, progress: &Progress, tile: impl Fn(USizeVec3, USizeVec3) -> Tile + Sync) -> Result<Self, Cancelled> {
+        Self::made(grid, progress, |first, size| Err(tile(first, size)))
+    }
+
+    /// The same solid where only some tiles differ: `tile` says of those how far within it their samples are, and `None` of the others.
+    pub fn with_tiles(
+        &self,
+        grid: &Grid,
+        progress: &Progress,
+        tile: impl Fn(USizeVec3, USizeVec3) -> Option<Tile> + Sync,
+    ) -> Result<Self, Cancelled> {
+        Self::made(grid, progress, |first, size| tile(first, size).ok_or(self).map_or_else(Ok, Err))
+    }
+
+    /// Tile by tile, each as another solid has it or as it is said to be.
+    fn made<'a>(
+        grid: &Grid,
+        progress: &Progress,
+        tile: impl Fn(USizeVec3, USizeVec3) -> Result<&'a Self, Tile> + Sync,
+    ) -> Result<Self, Cancelled> {
         let dims = USizeVec3::from(grid.dims());
         let (band_mm, unit_mm) = (Self::band_mm(grid), FARTHEST_DIAGONALS * diagonal_mm(grid) / f64::from(i16::MAX));
         let tiles = grid.dims().map(|n| n.div_ceil(TILE));
@@ -106,8 +125,9 @@ impl Solid {
             let kept = |block: usize| {
                 let corner = USizeVec3::from(place_of(block, count));
                 let kept = match &tile {
-                    Tile::Side(inside) => Err(*inside),
-                    Tile::Distances(mm) => kept(mm, size, corner * BRICK, [band_mm, unit_mm]),
+                    Ok(known) => known.kept_at(first / BRICK + corner),
+                    Err(Tile::Side(inside)) => Err(*inside),
+                    Err(Tile::Distances(mm)) => kept(mm, size, corner * BRICK, [band_mm, unit_mm]),
                 };
                 (first / BRICK + corner, kept)
             };
@@ -132,6 +152,15 @@ impl Solid {
             };
         }
         Ok(solid.finished())
+    }
+
+    fn kept_at(&self, block: USizeVec3) -> Kept {
+        let count = blocks_of(self.dims);
+        match self.slots[(block.z * count[1] + block.y) * count[0] + block.x] {
+            OUTSIDE => Err(false),
+            INSIDE => Err(true),
+            slot => Ok(Box::new(self.blocks[(slot - FIRST) as usize])),
+        }
     }
 
     /// With what its blocks say of bricks of cells.

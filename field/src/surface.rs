@@ -2,7 +2,9 @@
 
 use crate::clip::{Clip, Region};
 use crate::solid::Solid;
-use bregma_volume::{Covariance, Grid, GridError, Volume};
+use crate::store::Store;
+use crate::with_block;
+use bregma_volume::{Covariance, Grid, GridError, Sample, Volume};
 use glam::DAffine3;
 use std::sync::Arc;
 use thiserror::Error;
@@ -103,6 +105,12 @@ impl Surface {
     pub fn within(self, solid: Option<Arc<Solid>>) -> Self {
         assert!(solid.as_ref().is_none_or(|solid| solid.dims() == self.volume.grid().dims()), "a solid on the samples of its scan");
         Self { solid, ..self }
+    }
+
+    /// Whether a sample is bone, ties included, whatever cuts leave of it.
+    #[inline]
+    pub fn holds(&self, at: [usize; 3]) -> bool {
+        with_block!(Store::of(&self.volume).whole(), b => f64::from(self.sign) * (b.at(at).to_f64() - self.level) >= 0.0)
     }
 
     /// Whether all of it is there.

@@ -25,6 +25,23 @@ pub enum PartsError {
     /// A neck that is no length.
     #[error("a neck of {0} mm is none; it must be a positive number of millimetres")]
     Neck(f64),
+    /// Fewer than two parts to grow from.
+    #[error("{scan}: parts grow from two or more that are painted on bone; paint another one")]
+    Seeds {
+        /// The scan.
+        scan: String,
+    },
+    /// A surface that closes nothing.
+    #[error("{}: its surface is open: {edges} of its edges have no second triangle; close it in the program that it is from", file.display())]
+    OpenSurface {
+        /// The surface.
+        file: PathBuf,
+        /// Edges with an odd number of triangles.
+        edges: usize,
+    },
+    /// A length that smooths nothing.
+    #[error("smoothing by {0} mm is none; it must be a positive number of millimetres")]
+    Smooth(f64),
     /// A label map that cannot be opened.
     #[error(transparent)]
     Open(#[from] OpenError),

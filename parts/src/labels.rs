@@ -1,7 +1,8 @@
 //! A label map: for each sample of a grid the number of the part that it belongs to, 0 for none.
 
 use crate::error::PartsError;
-use bregma_field::{AnyBlock, Grid, Metadata, Raster, Samples, Store, Unit, Volume};
+use crate::numbers::Numbers;
+use bregma_field::{AnyBlock, Grid, Metadata, Raster, Samples, Store, Unit, Volume, VolumeError};
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -39,35 +40,71 @@ fn color(number: u16) -> [f32; 3] {
     })
 }
 
-/// Numbers of parts at the samples of a grid. They are the samples of a volume (u8 up to number 255, else u16), so that what reads scans reads
-/// them: a megasample takes one megabyte, or two.
+/// Numbers of parts at the samples of a grid. A copy shares what is the same, so that copies are steps that can be gone back.
 #[derive(Clone, Debug)]
 pub struct Labels {
-    volume: Volume,
+    grid: Grid,
+    numbers: Numbers,
     parts: Vec<Part>,
 }
 
 impl Labels {
     /// Of numbers, u8 or u16, and what is known of the parts, which may be in any order. A number that no part has gets one of its name.
-    pub fn new(grid: Grid, numbers: Samples, mut parts: Vec<Part>) -> Result<Self, PartsError> {
-        let raster = Raster { grid, samples: numbers, slope: 1.0, intercept: 0.0, unit: Unit::Value, warnings: vec![] };
-        let volume = Volume::new("parts".to_owned(), "label map", raster)?;
-        let mut is_unnamed = present(&volume);
+    pub fn new(grid: Grid, numbers: Samples, parts: Vec<Part>) -> Result<Self, PartsError> {
+        if numbers.len() != grid.len() {
+            return Err(VolumeError::Count { grid: grid.len(), samples: numbers.len() }.into());
+        }
+        let numbers = match Store::new(&numbers, grid.dims()).whole() {
+            AnyBlock::U8(b) => Numbers::of(grid.dims(), b.onward([0; 3])),
+            AnyBlock::U16(b) => Numbers::of(grid.dims(), b.onward([0; 3])),
+            AnyBlock::I16(_) | AnyBlock::F32(_) => unreachable!("labels are made of u8 or u16"),
+        };
+        Ok(Self::of(grid, numbers, parts))
+    }
+
+    fn of(grid: Grid, numbers: Numbers, mut parts: Vec<Part>) -> Self {
+        let mut is_unnamed = numbers.seen();
         parts.iter().for_each(|part| is_unnamed[usize::from(part.number)] = false);
         let unnamed = (1..=u16::MAX).filter(|&number| is_unnamed[usize::from(number)]);
         parts.extend(unnamed.map(|number| Part::new(number, number.to_string())));
         parts.sort_by_key(|part| part.number);
-        Ok(Self { volume, parts })
+        Self { grid, numbers, parts }
+    }
+
+    /// Nothing has a number yet.
+    pub fn none(grid: Grid) -> Self {
+        let numbers = Numbers::all(grid.dims(), 0);
+        Self { grid, numbers, parts: vec![] }
+    }
+
+    /// The same numbers with other things known of their parts, or on a grid that lies elsewhere and has as many samples.
+    ///
+    /// # Panics
+    /// Where the grid has others.
+    pub fn with(&self, grid: Grid, parts: Vec<Part>) -> Self {
+        assert_eq!(grid.dims(), self.grid.dims(), "labels stay at their samples");
+        Self::of(grid, self.numbers.clone(), parts)
+    }
+
+    /// With one more part, which has no samples yet; gives its number, the lowest that is free.
+    pub fn with_part(mut self, name: &str) -> Result<(Self, u16), PartsError> {
+        let is_free = |number: &u16| self.parts.iter().all(|part| part.number != *number);
+        let number = (1..=u16::MAX).find(is_free).ok_or(PartsError::TooMany)?;
+        self.parts.push(Part::new(number, name.to_owned()));
+        self.parts.sort_by_key(|part| part.number);
+        Ok((self, number))
     }
 
     /// Where the samples lie.
     pub fn grid(&self) -> &Grid {
-        self.volume.grid()
+        &self.grid
     }
 
-    /// The numbers as a volume.
-    pub fn volume(&self) -> &Volume {
-        &self.volume
+    /// The numbers as a volume of their own: bytes up to number 255, else words.
+    pub fn volume(&self) -> Volume {
+        let samples = self.numbers.samples();
+        let raster = Raster { grid: self.grid.clone(), samples, slope: 1.0, intercept: 0.0, unit: Unit::Value, warnings: vec![] };
+        Volume::new("parts".to_owned(), "label map", raster).expect("there is a number for each sample of the grid")
     }
 
     /// The parts, by their numbers.
@@ -76,51 +113,22 @@ impl Labels {
     }
 
     /// The number of a sample's part, 0 where it has none.
-    pub fn number(&self, [i, j, k]: [usize; 3]) -> u16 {
-        let [nx, ny, _] = self.grid().dims();
-        let n = i + nx * (j + ny * k);
-        match self.numbers() {
-            Numbers::U8(numbers) => numbers[n].into(),
-            Numbers::U16(numbers) => numbers[n],
-        }
+    #[inline]
+    pub fn number(&self, at: [usize; 3]) -> u16 {
+        self.numbers.at(at.into())
     }
 
-    /// The numbers, i fastest.
-    pub(crate) fn numbers(&self) -> Numbers<'_> {
-        numbers(&self.volume)
+    /// Memory that it takes beside another one, with which it shares what is the same, bytes.
+    pub fn bytes_beside(&self, other: &Self) -> usize {
+        self.numbers.bytes_beside(&other.numbers)
     }
-}
 
-/// The numbers of a label map in the type that they are kept in.
-#[derive(Clone, Copy)]
-pub(crate) enum Numbers<'a> {
-    U8(&'a [u8]),
-    U16(&'a [u16]),
-}
-
-impl Numbers<'_> {
-    /// That of sample number n, i fastest.
-    pub fn at(self, n: usize) -> u16 {
-        match self {
-            Self::U8(numbers) => numbers[n].into(),
-            Self::U16(numbers) => numbers[n],
-        }
+    pub(crate) fn numbers(&self) -> &Numbers {
+        &self.numbers
     }
-}
 
-fn numbers(volume: &Volume) -> Numbers<'_> {
-    match Store::of(volume).whole() {
-        AnyBlock::U8(b) => Numbers::U8(b.onward([0; 3])),
-        AnyBlock::U16(b) => Numbers::U16(b.onward([0; 3])),
-        AnyBlock::I16(_) | AnyBlock::F32(_) => unreachable!("labels are made of u8 or u16"),
-    }
-}
-
-/// For each number whether some sample has it.
-fn present(volume: &Volume) -> Vec<bool> {
-    match numbers(volume) {
-        Numbers::U8(numbers) => seen(numbers),
-        Numbers::U16(numbers) => seen(numbers),
+    pub(crate) fn numbers_mut(&mut self) -> &mut Numbers {
+        &mut self.numbers
     }
 }
 

@@ -193,17 +193,19 @@ fn laid(numbers: &mut [u16], [nx, ny, _]: [usize; 3], layer: &Layer, map: DAffin
 /// keep the numbers. Gives a sentence for each thing that the form cannot hold.
 pub fn write(path: &Path, labels: &Labels, progress: &Progress) -> Result<Vec<String>, PartsError> {
     if !path.to_string_lossy().to_lowercase().ends_with(".nrrd") {
-        let mut lost = formats::write(path, labels.volume(), progress)?;
+        let mut lost = formats::write(path, &labels.volume(), progress)?;
         lost.push("it has the numbers of parts; their names and colours are kept in .seg.nrrd alone".into());
         return Ok(lost);
     }
-    let volume = labels.volume().clone().with_metadata(header(labels));
+    let volume = labels.volume();
+    let header = header(labels, &volume);
+    let volume = volume.with_metadata(header);
     formats::nrrd::write(path, &volume, Compression::Gzip, progress)?;
     Ok(vec![])
 }
 
 /// What 3D Slicer writes of segments.
-fn header(labels: &Labels) -> Metadata {
+fn header(labels: &Labels, volume: &Volume) -> Metadata {
     let form = [
         ("Segmentation_ContainedRepresentationNames", "Binary labelmap|"),
         // Its name before version 5.
@@ -212,7 +214,7 @@ fn header(labels: &Labels) -> Metadata {
         ("Segmentation_ReferenceImageExtentOffset", "0 0 0"),
     ];
     let mut header: Metadata = form.map(|(key, value)| (key.to_owned(), value.to_owned())).into();
-    for (n, (part, found)) in labels.parts().iter().zip(labels.statistics(labels.volume())).enumerate() {
+    for (n, (part, found)) in labels.parts().iter().zip(labels.statistics(volume)).enumerate() {
         let extent = found.extent.map_or("0 -1 0 -1 0 -1".to_owned(), |[low, high]| {
             (0..3).map(|a| format!("{} {}", low[a], high[a])).collect::<Vec<_>>().join(" ")
         });

@@ -1,7 +1,8 @@
 //! What parts are: how large, where, of what values.
 
-use crate::labels::{Labels, Numbers};
+use crate::labels::Labels;
 use bregma_field::{Sample, Store, Volume, with_block};
+use glam::USizeVec3;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -45,10 +46,7 @@ impl Labels {
     /// What each of the parts is, in their order. `volume` is the scan that they are labels of, on the same grid of samples.
     pub fn statistics(&self, volume: &Volume) -> Vec<Statistics> {
         assert_eq!(self.grid().dims(), volume.grid().dims(), "labels are those of their scan");
-        let counts = with_block!(Store::of(volume).whole(), b => match self.numbers() {
-            Numbers::U8(numbers) => self.counts(numbers, b.onward([0; 3])),
-            Numbers::U16(numbers) => self.counts(numbers, b.onward([0; 3])),
-        });
+        let counts = with_block!(Store::of(volume).whole(), b => self.counts(b.onward([0; 3])));
         let voxel_mm3 = volume.grid().index_to_world().matrix3.determinant().abs();
         let of = |count: Count| {
             let is_there = count.samples > 0;
@@ -63,16 +61,15 @@ impl Labels {
     }
 
     /// Of each number from 0 on.
-    fn counts<N: Copy + Into<u16> + Sync, T: Sample>(&self, numbers: &[N], samples: &[T]) -> Vec<Count> {
+    fn counts<T: Sample>(&self, samples: &[T]) -> Vec<Count> {
         let [nx, ny, nz] = self.grid().dims();
         let most = self.parts().last().map_or(0, |part| usize::from(part.number));
         let thick = nz.div_ceil(SLABS);
         let slab = |first: usize| {
-            let mut counts = vec![Count::NONE; most + 1];
+            let (mut counts, mut numbers) = (vec![Count::NONE; most + 1], vec![0; nx]);
             for row in first * ny..(first + thick).min(nz) * ny {
-                let (numbers, samples) = (&numbers[row * nx..][..nx], &samples[row * nx..][..nx]);
-                for (i, (&number, sample)) in numbers.iter().zip(samples).enumerate() {
-                    let number: u16 = number.into();
+                self.numbers().read(USizeVec3::new(0, row % ny, row / ny), &mut numbers);
+                for (i, (&number, sample)) in numbers.iter().zip(&samples[row * nx..]).enumerate() {
                     if number > 0 {
                         let at = [i, row % ny, row / ny];
                         counts[usize::from(number)].add(&Count { samples: 1, sum: sample.to_f64(), low: at, high: at });

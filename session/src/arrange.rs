@@ -31,7 +31,7 @@ impl Opened {
         let moved = registered * volume.grid().index_to_world() * from.inverse();
         if let Some(labelled) = &self.sources[n].labels {
             // A map that is in a file lies where the scan lay then.
-            self.sources[n].labels = labelled.on(&volume).ok();
+            self.sources[n].labels = Some(labelled.on(&volume));
             self.sources[n].within = None;
         }
         self.volumes[n] = Arc::new(volume);

@@ -1,7 +1,7 @@
 //! The label map of a scan that is open: its parts, how they are found, which of them are kept, and what that is written as.
 
-use bregma_field::{AnyBlock, Progress, Sample, Samples, Solid, Store, Surface, Volume, with_block};
-use bregma_parts::{Islands, Labels, Meant, Neck, Part, PartsError, keep_the_skull, read, separate, write};
+use bregma_field::{Progress, Sample, Samples, Solid, Store, Surface, Volume, read_mesh, with_block};
+use bregma_parts::{ClosedSurface, Islands, Labels, Meant, Neck, Part, PartsError, Span, keep_the_skull, read, separate, write};
 use bregma_renderer::{Color, Layer, Within};
 use glam::DAffine3;
 use rayon::prelude::*;
@@ -74,6 +74,8 @@ pub enum How {
     Skull,
     /// As a label map has them.
     File(PathBuf),
+    /// What lies within a closed surface.
+    Surface(PathBuf),
 }
 
 /// So many names are said one by one.
@@ -102,6 +104,10 @@ impl Labelled {
             How::Islands => (islands(&surface, progress)?, vec![]),
             How::Separate { neck_mm } => (separate(&surface, Neck { mm: *neck_mm, least_mm3: None }, progress)?, vec![]),
             How::Skull => (skull_and_rest(&surface, progress)?, vec![]),
+            How::Surface(file) => {
+                let mesh = read_mesh(file).map_err(PartsError::from)?;
+                (Labels::of_surfaces(volume, &[ClosedSurface { file: file.clone(), mesh }], progress)?, vec![])
+            }
             How::File(file) => {
                 let (labels, notes) = read(file, volume, progress)?;
                 if labels.parts().is_empty() {
@@ -130,9 +136,9 @@ impl Labelled {
         &self.left_out
     }
 
-    /// The numbers as a volume.
-    pub fn volume(&self) -> &Volume {
-        self.labels.volume()
+    /// The numbers of its samples.
+    pub fn labels(&self) -> &Arc<Labels> {
+        &self.labels
     }
 
     /// The same, with the parts of these numbers left out.
@@ -148,14 +154,46 @@ impl Labelled {
         Self { parts: Arc::new(parts), ..self.clone() }
     }
 
+    /// The same with other numbers at its samples, which may have new parts.
+    pub fn changed(&self, labels: &Labels, volume: &Volume) -> Self {
+        let names: HashMap<u16, &str> = self.parts.iter().map(|part| (part.number, part.name.as_str())).collect();
+        let named =
+            |part: &Part| Part { name: names.get(&part.number).map_or(part.name.clone(), |name| (*name).to_owned()), ..part.clone() };
+        let parts = labels.parts().iter().map(named).collect();
+        Self::new(labels.with(volume.grid().clone(), parts), volume, self.iso).without(self.left_out.as_ref().clone())
+    }
+
+    /// What is kept of it, where it came of changes within a span of samples alone from what `known` was kept of.
+    pub fn within_again(
+        &self,
+        volume: &Arc<Volume>,
+        known: Option<&Within>,
+        changed: Span,
+        progress: &Progress,
+    ) -> Result<Option<Within>, PartsError> {
+        let Some((known, solid)) = known.filter(|known| known.keeps).and_then(|known| Some((known, known.solid.as_ref()?))) else {
+            return self.within(volume, known, progress);
+        };
+        let numbers: Vec<u16> = self.kept().map(|part| part.number).collect();
+        let bone = Surface::new(volume, self.iso, DAffine3::IDENTITY).ok();
+        let meant = Meant { numbers: &numbers, grow_mm: known.grow_mm, bone: bone.as_ref() };
+        let solid = self.labels.space_again(meant, solid, changed, progress)?;
+        Ok(Some(Within { part: self.kept_names(), solid: Some(Arc::new(solid)), ..known.clone() }))
+    }
+
+    /// Memory of its numbers that another one does not share, bytes: what a step of undo holds.
+    pub fn bytes_beside(&self, other: &Self) -> usize {
+        if Arc::ptr_eq(&self.labels, &other.labels) { 0 } else { self.labels.bytes_beside(&other.labels) }
+    }
+
     /// The same on a scan whose samples lie elsewhere now.
-    pub(crate) fn on(&self, volume: &Volume) -> Result<Self, PartsError> {
-        let labels = Labels::new(volume.grid().clone(), numbers(self.volume()), self.named())?;
-        Ok(Self::new(labels, volume, self.iso).without(self.left_out.as_ref().clone()))
+    pub(crate) fn on(&self, volume: &Volume) -> Self {
+        let labels = self.labels.with(volume.grid().clone(), self.named());
+        Self::new(labels, volume, self.iso).without(self.left_out.as_ref().clone())
     }
 
     /// Whether samples and names are the same, whatever is kept.
-    pub(crate) fn is_same_map(&self, other: &Self) -> bool {
+    pub fn is_same_map(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.labels, &other.labels) && Arc::ptr_eq(&self.parts, &other.parts)
     }
 
@@ -172,13 +210,16 @@ impl Labelled {
         let (grow_mm, rim_mm) = known.map_or((0.0, 0.0), |within| (within.grow_mm, within.rim_mm));
         let numbers: Vec<u16> = self.kept().map(|part| part.number).collect();
         let solid = space(&self.labels, &numbers, grow_mm, (volume, self.iso), progress)?;
-        let part = if numbers.len() <= FEW {
-            self.kept().map(|part| part.name.as_str()).collect::<Vec<_>>().join(", ")
-        } else {
-            format!("{} of {} parts", numbers.len(), self.parts.len())
-        };
+        let part = self.kept_names();
         let measures = known.is_none_or(|within| within.measures);
         Ok(Some(Within { part, keeps: true, grow_mm, rim_mm, measures, solid: Some(Arc::new(solid)) }))
+    }
+
+    fn kept_names(&self) -> String {
+        match self.kept().count() {
+            count if count <= FEW => self.kept().map(|part| part.name.as_str()).collect::<Vec<_>>().join(", "),
+            count => format!("{count} of {} parts", self.parts.len()),
+        }
     }
 
     /// Writes it; gives a sentence for each thing that the form of the file cannot hold.
@@ -187,23 +228,13 @@ impl Labelled {
         if is_as_found {
             return write(file, &self.labels, progress);
         }
-        let labels = Labels::new(self.labels.grid().clone(), numbers(self.volume()), self.named())?;
-        write(file, &labels, progress)
+        write(file, &self.labels.with(self.labels.grid().clone(), self.named()), progress)
     }
 
     /// The parts by the names that they have now.
     fn named(&self) -> Vec<Part> {
         let names: HashMap<u16, &str> = self.parts.iter().map(|part| (part.number, part.name.as_str())).collect();
         self.labels.parts().iter().map(|part| Part { name: names[&part.number].to_owned(), ..part.clone() }).collect()
-    }
-}
-
-/// The samples of a label map.
-fn numbers(volume: &Volume) -> Samples {
-    match Store::of(volume).whole() {
-        AnyBlock::U8(b) => Samples::U8(b.onward([0; 3]).to_vec()),
-        AnyBlock::U16(b) => Samples::U16(b.onward([0; 3]).to_vec()),
-        AnyBlock::I16(_) | AnyBlock::F32(_) => unreachable!("labels are made of u8 or u16"),
     }
 }
 
@@ -229,7 +260,7 @@ fn skull_and_rest(surface: &Surface, progress: &Progress) -> Result<Labels, Part
         (false, true) => OTHER,
         (false, false) => 0,
     };
-    let samples: Vec<u8> = with_block!(Store::of(skull.volume()).whole(), labels => with_block!(Store::of(&surface.volume).whole(), values => {
+    let samples: Vec<u8> = with_block!(Store::of(&skull.volume()).whole(), labels => with_block!(Store::of(&surface.volume).whole(), values => {
         let both = labels.onward([0; 3]).par_iter().zip(values.onward([0; 3]));
         both.map(|(label, value)| number(label.to_f64(), value.to_f64())).collect()
     }));

@@ -26,6 +26,16 @@ pub struct PartOf {
     /// The isovalue at which bone without a label is another part's; that of the scan's layer when absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub iso: Option<f64>,
+    /// How far it is grown, mm; shrunk where negative. What the scan's layer says of it goes before.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub grow_mm: f64,
+    /// How far behind its face normals are blended, mm.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub rim_mm: f64,
+}
+
+fn is_zero(n: &f64) -> bool {
+    *n == 0.0
 }
 
 impl FromStr for PartOf {
@@ -33,7 +43,7 @@ impl FromStr for PartOf {
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         let (file, names) = text.rsplit_once('#').unwrap_or((text, ""));
-        Ok(Self { file: file.into(), names: names.into(), keeps: true, whole: false, iso: None })
+        Ok(Self { file: file.into(), names: names.into(), keeps: true, whole: false, iso: None, grow_mm: 0.0, rim_mm: 0.0 })
     }
 }
 
@@ -47,7 +57,15 @@ impl PartOf {
         let names: Vec<String> =
             labelled.kept().map(|part| if is_clear(&part.name) { part.name.clone() } else { part.number.to_string() }).collect();
         let whole = labelled.left_out().is_empty();
-        Self { file, names: if whole { String::new() } else { names.join(",") }, keeps: true, whole, iso: Some(labelled.iso()) }
+        Self {
+            file,
+            names: if whole { String::new() } else { names.join(",") },
+            keeps: true,
+            whole,
+            iso: Some(labelled.iso()),
+            grow_mm: 0.0,
+            rim_mm: 0.0,
+        }
     }
 
     /// The label map, what of the scan of a layer is meant, looked at as the layer says if it does, and what there is to say of the map.
@@ -61,8 +79,8 @@ impl PartOf {
         let known = layer.within.clone().unwrap_or_else(|| Within {
             part: if self.names.is_empty() { "all parts".into() } else { self.names.clone() },
             keeps: self.keeps,
-            grow_mm: 0.0,
-            rim_mm: 0.0,
+            grow_mm: self.grow_mm,
+            rim_mm: self.rim_mm,
             measures: true,
             solid: None,
         });

@@ -570,7 +570,7 @@ pub struct VolumeArgs {
 
 /// `bregma parts`.
 #[derive(Debug, Args)]
-#[command(group = ArgGroup::new("way").required(true).args(["largest", "islands", "at", "separate", "keep_the_skull", "labels"]))]
+#[command(group = ArgGroup::new("way").required(true).args(["largest", "islands", "at", "separate", "keep_the_skull", "labels", "seeds", "surface"]))]
 pub struct PartsArgs {
     /// The scan.
     #[command(flatten)]
@@ -596,6 +596,15 @@ pub struct PartsArgs {
     /// The parts of a label map: a segmentation of 3D Slicer, or an image of whole numbers
     #[arg(long, value_name = "FILE")]
     pub labels: Option<PathBuf>,
+    /// Let two or more parts of a label map that are painted on bone grow through it until they meet
+    #[arg(long, value_name = "FILE")]
+    pub seeds: Option<PathBuf>,
+    /// What lies within a closed surface, PLY or STL in LPS mm; once for each part
+    #[arg(long, value_name = "FILE")]
+    pub surface: Vec<PathBuf>,
+    /// Smooth the borders between parts that touch, as far as a ball of this radius would vanish, mm
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    pub smooth: Option<f64>,
     /// Only parts of at least this volume, mm³; with --separate smaller ones go with their neighbours [default: all; with --separate a hundredth of
     /// the bone]
     #[arg(long, value_name = "MM3", value_parser = positive)]

@@ -1,6 +1,6 @@
 //! The scans of a command line, each with the options that stand behind it.
 
-use super::parsers::{part_of, raw, reduce, spacing, turn, uneven};
+use super::parsers::{number, part_of, positive, raw, reduce, spacing, turn, uneven};
 use bregma_field::Turn;
 use bregma_field::formats::{Reduce, Uneven};
 use bregma_session::{PartOf, Raw, Source};
@@ -55,6 +55,12 @@ impl<const MIN: usize> Args for Sources<MIN> {
             .arg(
                 option("without", "FILE[#NAME]").value_parser(part_of).help("All of the scan before it but a part, such as a table: see --within"),
             )
+            .arg(option("grow", "MM").value_parser(number).allow_hyphen_values(true).help(
+                "Grow the part of the scan before it that --within or --without names by so much, mm; shrink it where negative",
+            ))
+            .arg(option("rim", "MM").value_parser(positive).help(
+                "Shade bone so far behind the face of that part by a blend of the part's normal and the bone's, mm",
+            ))
             .arg(option("raw", "LAYOUT").value_parser(raw).help("The scan before it is headerless: WxHxD,u8|u16|i16|f32[,be][,skip=N]"))
     }
 
@@ -81,7 +87,7 @@ impl<const MIN: usize> FromArgMatches for Sources<MIN> {
             sources: &mut [Source],
             name: &str,
             owner: impl Fn(usize) -> Option<usize>,
-            set: impl Fn(&mut Source, T),
+            mut set: impl FnMut(&mut Source, T),
         ) {
             let indices = matches.indices_of(name).into_iter().flatten();
             for (index, value) in indices.zip(matches.get_many::<T>(name).into_iter().flatten()) {
@@ -94,6 +100,13 @@ impl<const MIN: usize> FromArgMatches for Sources<MIN> {
         each::<Turn>(matches, &mut sources, "turn", owner, |s, turn| s.turn = turn);
         each::<PartOf>(matches, &mut sources, "within", owner, |s, part| s.within = Some(part));
         each::<PartOf>(matches, &mut sources, "without", owner, |s, part| s.within = Some(PartOf { keeps: false, ..part }));
+        let part = |s: &mut Source, set: &dyn Fn(&mut PartOf)| s.within.as_mut().map(set);
+        let mut is_part = true;
+        each::<f64>(matches, &mut sources, "grow", owner, |s, mm| is_part &= part(s, &|part| part.grow_mm = mm).is_some());
+        each::<f64>(matches, &mut sources, "rim", owner, |s, mm| is_part &= part(s, &|part| part.rim_mm = mm).is_some());
+        if !is_part {
+            return Err(usage("--grow and --rim are of a part: name it by --within or --without behind the same scan"));
+        }
         each::<Raw>(matches, &mut sources, "raw", owner, |s, raw| s.raw = Some(raw));
         each::<Reduce>(matches, &mut sources, "reduce", owner, |s, reduce| s.reduce = Some(reduce));
         each::<Uneven>(matches, &mut sources, "uneven", owner, |s, uneven| s.uneven = uneven);

@@ -1,9 +1,8 @@
 //! Undo and redo: a stack of what the person made, opened and looked at.
 
 use super::measured::Work;
-use bregma_field::Volume;
-use bregma_session::Labelled;
 use std::collections::HashMap;
+use std::sync::Arc;
 
 /// Steps kept; each is a few hundred bytes, as the samples are shared.
 const STEPS: usize = 200;
@@ -50,12 +49,23 @@ impl History {
         self.present.opened.scene.camera = work.opened.scene.camera;
     }
 
-    /// Bytes of the scans and label maps that are in no present but in some other state.
+    /// Bytes of the scans, label maps and parts' spaces that are in no present but in some other state.
     fn closed_bytes(&self) -> usize {
-        let kept = self.past.iter().chain(&self.future).flat_map(samples);
-        let mut closed: HashMap<_, usize> = kept.map(|v| (v.samples_id(), v.sample_bytes())).collect();
-        samples(&self.present).for_each(|open| _ = closed.remove(&open.samples_id()));
-        closed.values().sum()
+        let kept = || self.past.iter().chain(&self.future);
+        let mut closed: HashMap<_, usize> = kept().flat_map(shared).collect();
+        shared(&self.present).for_each(|(open, _)| _ = closed.remove(&open));
+        closed.values().sum::<usize>() + self.label_bytes()
+    }
+
+    /// Bytes of label maps that one state does not share with the next.
+    fn label_bytes(&self) -> usize {
+        let states: Vec<&Work> = self.past.iter().chain([&self.present]).chain(self.future.iter().rev()).collect();
+        let beside = |pair: &[&Work]| -> usize {
+            let labels = |work: &Work, n: usize| work.opened.sources.get(n).and_then(|source| source.labels.clone());
+            let both = (0..pair[0].opened.sources.len()).filter_map(|n| labels(pair[0], n).zip(labels(pair[1], n)));
+            both.map(|(was, is)| was.bytes_beside(&is)).sum()
+        };
+        states.windows(2).map(beside).sum()
     }
 
     /// Changes all states alike: what is no step.
@@ -103,10 +113,12 @@ impl History {
     }
 }
 
-/// All that has samples.
-fn samples(work: &Work) -> impl Iterator<Item = &Volume> {
-    let labels = work.opened.sources.iter().filter_map(|source| source.labels.as_ref());
-    work.opened.volumes.iter().map(|volume| &**volume).chain(labels.map(Labelled::volume))
+/// All that is large and that several states may share: where it is in memory, and its bytes.
+fn shared(work: &Work) -> impl Iterator<Item = (*const (), usize)> {
+    let opened = &work.opened;
+    let solids = opened.scene.layers.iter().filter_map(|layer| layer.within.as_ref()?.solid.as_ref());
+    let volumes = opened.volumes.iter().map(|volume| (volume.samples_id().cast(), volume.sample_bytes()));
+    volumes.chain(solids.map(|solid| (Arc::as_ptr(solid).cast(), solid.bytes())))
 }
 
 #[cfg(test)]
@@ -116,7 +128,6 @@ mod tests {
     use bregma_renderer::Mode;
     use bregma_session::Opened;
     use glam::DVec3;
-    use std::sync::Arc;
 
     fn nothing() -> Work {
         Work { opened: Opened::new(vec![], vec![]), measured: Measured::default() }

@@ -211,7 +211,9 @@ pub fn pressed<'a, P>(ctx: &Context, commands: &[&'a Command<P>], panels: &P, be
         let command: &'a Command<P> = command;
         command.keys.iter().map(move |&(m, k)| (command, KeyboardShortcut::new(m, k)))
     };
-    let mut keys: Vec<_> = commands.iter().flat_map(keys).collect();
+    // A tool that the mouse has may need some for itself.
+    let is_free = |key| !bench.view.part_hand.as_ref().is_some_and(|hand| hand.takes(key));
+    let mut keys: Vec<_> = commands.iter().flat_map(keys).filter(|(_, shortcut)| is_free(shortcut.logical_key)).collect();
     // A shortcut also matches while Shift is held: those that ask for Shift go first.
     keys.sort_by_key(|(_, shortcut)| !shortcut.modifiers.shift);
     let (command, _) = keys.into_iter().find(|(_, shortcut)| ctx.input_mut(|i| i.consume_shortcut(shortcut)))?;

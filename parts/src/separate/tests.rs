@@ -17,7 +17,7 @@ fn solid(dims: [usize; 3], spacing_mm: DVec3, is_inside: impl Fn([usize; 3]) -> 
 }
 
 fn sizes(labels: &Labels) -> Vec<u64> {
-    labels.statistics(labels.volume()).iter().map(|s| s.samples).collect()
+    labels.statistics(&labels.volume()).iter().map(|s| s.samples).collect()
 }
 
 #[test]

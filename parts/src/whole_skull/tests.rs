@@ -19,7 +19,7 @@ fn kept(volume: Volume) -> WholeSkull {
 }
 
 fn count(labels: &Labels) -> u64 {
-    labels.statistics(labels.volume())[0].samples
+    labels.statistics(&labels.volume())[0].samples
 }
 
 #[test]

@@ -80,3 +80,42 @@ fn filters_make_scans_of_their_own() {
     }
     assert!(!d.join("x.nrrd").exists());
 }
+
+#[test]
+fn parts_grow_from_seeds_come_from_surfaces_and_are_smoothed() {
+    // Fails if painted parts do not share the bone, a surface fills something else, an open one passes, or what is grown by --grow is not.
+    let d = folder("parts-by-hand");
+    nrrd(&d.join("two.nrrd"), CUBE, &dumbbell());
+    let rows = |line: &str| -> Value { serde_json::from_str(&stdout(&ok(&d, line))).unwrap() };
+    let samples =
+        |record: &Value| -> Vec<u64> { record["parts"].as_array().unwrap().iter().map(|p| p["samples"].as_u64().unwrap()).collect() };
+    let islands = rows("parts two.nrrd --largest --iso 0 --json");
+    // One sample of each ball.
+    let seeds: Vec<i16> =
+        (0..4096).map(|n| if n == 4 + 8 * 16 + 8 * 256 { 1 } else { i16::from(n == 11 + 8 * 16 + 8 * 256) * 2 }).collect();
+    nrrd(&d.join("seeds.nrrd"), CUBE, &seeds);
+    let grown = rows("parts two.nrrd --seeds seeds.nrrd --iso 0 --out grown.seg.nrrd --json");
+    assert!(samples(&grown).len() == 2 && samples(&grown).iter().sum::<u64>() == samples(&islands)[0], "{grown}");
+    let smooth = rows("parts two.nrrd --labels grown.seg.nrrd --smooth 1.5 --iso 0 --json");
+    assert_eq!(samples(&smooth).iter().sum::<u64>(), samples(&grown).iter().sum::<u64>());
+    nrrd(&d.join("one.nrrd"), CUBE, &seeds.iter().map(|n| i16::from(*n == 1)).collect::<Vec<_>>());
+    fails(&d, "parts two.nrrd --seeds one.nrrd --iso 0", &["two.nrrd", "paint another one"]);
+    // A box of triangles around the first ball.
+    let corner = |c: usize| [0, 1, 2].map(|a| if c >> a & 1 == 1 { [7.5, 12.5, 12.5][a] } else { [0.5, 3.5, 3.5][a] });
+    let mut stl = "solid\n".to_owned();
+    for [a, b, c, e] in [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]] {
+        for t in [[a, b, c], [a, c, e]] {
+            let corners = t.map(|n| corner(n).map(|x| x.to_string()).join(" "));
+            stl += &format!(
+                "facet normal 0 0 1\nouter loop\nvertex {}\nvertex {}\nvertex {}\nendloop\nendfacet\n",
+                corners[0], corners[1], corners[2]
+            );
+        }
+    }
+    std::fs::write(d.join("box.stl"), format!("{stl}endsolid\n")).unwrap();
+    let filled = rows("parts two.nrrd --surface box.stl --iso 0 --out box.seg.nrrd --json");
+    assert_eq!((samples(&filled), filled["parts"][0]["name"].as_str()), (vec![7 * 9 * 9], Some("box")));
+    let open = stl.rsplitn(3, "facet normal").last().unwrap().to_owned();
+    std::fs::write(d.join("open.stl"), open + "endsolid\n").unwrap();
+    fails(&d, "parts two.nrrd --surface open.stl --iso 0", &["open.stl", "of its edges have no second triangle"]);
+}

@@ -42,6 +42,13 @@ fn what_is_measured_within_a_part_is_that_part_alone_and_all_parts_together_are_
     assert!((a + b - whole).abs() < 1e-9 * whole && a > 1.2 * b, "{a} + {b} is not {whole}");
     let rest = volume_mm3(&d, "volume two.nrrd --without two.seg.nrrd#1 --iso 0");
     assert!((rest - b).abs() < 1e-9 * whole, "{rest} is not {b}");
+    // A part grown and shrunk: what is shrunk below the cells around it cuts its bone, and a record of it is made again.
+    let [grown, shrunk] =
+        ["1", "-3"].map(|mm| volume_mm3(&d, &format!("volume two.nrrd --within two.seg.nrrd#1 --grow {mm} --rim 0.5 --iso 0")));
+    println!("grown {grown} mm³, shrunk {shrunk} mm³");
+    assert!((grown - a).abs() < 1e-9 * whole && shrunk < 0.7 * a && shrunk > 0.0, "{shrunk} of {a}");
+    assert_eq!(stdout(&ok(&d, "verify volumes.json")), "1 of 1 volumes hold\n");
+    assert_eq!(bregma(&d, "volume two.nrrd --grow 1 --iso 0").status.code(), Some(2), "there is no part to grow");
     // A ray through both.
     let lengths = |part: &str| -> usize {
         let out = stdout(&ok(&d, &format!("probe two.nrrd {part} --iso 0 --origin -2,8,8 --direction 1,0,0 --format json")));

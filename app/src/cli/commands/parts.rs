@@ -4,12 +4,13 @@ use crate::cli::args::PartsArgs;
 use crate::cli::error::CommandError;
 use crate::cli::opening::{open, require_spacing};
 use crate::cli::terminal::{print, warn, with_progress};
-use bregma_field::{Surface, WorldPoint};
+use bregma_field::{Surface, WorldPoint, read_mesh};
 use bregma_measure::numbers::{fixed, significant, suffix};
-use bregma_parts::{Islands, Labels, Neck, Part, PartsError, Statistics, keep_the_skull, read, separate, write};
+use bregma_parts::{ClosedSurface, Islands, Labels, Neck, Part, PartsError, Statistics, keep_the_skull, read, separate, write};
 use bregma_session::Opened;
 use glam::DAffine3;
 use serde::Serialize;
+use std::path::PathBuf;
 
 /// What is printed with --json.
 #[derive(Serialize)]
@@ -38,7 +39,10 @@ pub fn parts(args: &PartsArgs) -> Result<(), CommandError> {
     require_spacing(&opened)?;
     let (volume, iso) = (&opened.volumes[0], opened.scene.layers[0].iso);
     let surface = Surface::new(volume, iso, DAffine3::IDENTITY)?;
-    let (labels, notes) = found(args, &opened, &surface)?;
+    let (mut labels, notes) = found(args, &opened, &surface)?;
+    if let Some(mm) = args.smooth {
+        labels = with_progress("smoothing", |progress| labels.smoothed(&surface, mm, progress))?;
+    }
     let bone = with_progress("counting", |progress| Islands::of_bone(&surface, progress));
     // A label map may be of what is no bone.
     let bone_samples = bone.map_or(0, |bone| bone.sizes().iter().sum());
@@ -63,6 +67,16 @@ fn found(args: &PartsArgs, opened: &Opened, surface: &Surface) -> Result<(Labels
         let (labels, warnings) = with_progress("reading", |progress| read(file, volume, progress))?;
         warn(&warnings);
         return Ok((labels, String::new()));
+    }
+    if let Some(file) = &args.seeds {
+        let (seeds, warnings) = with_progress("reading", |progress| read(file, volume, progress))?;
+        warn(&warnings);
+        return Ok((with_progress("growing", |progress| seeds.grown_from_seeds(surface, progress))?, String::new()));
+    }
+    if !args.surface.is_empty() {
+        let read = |file: &PathBuf| read_mesh(file).map(|mesh| ClosedSurface { file: file.clone(), mesh }).map_err(PartsError::from);
+        let surfaces = args.surface.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+        return Ok((with_progress("filling", |progress| Labels::of_surfaces(volume, &surfaces, progress))?, String::new()));
     }
     if let Some(mm) = args.separate {
         let neck = Neck { mm, least_mm3: args.larger_than };

@@ -15,6 +15,7 @@ mod light;
 mod look;
 mod looks;
 mod maps;
+mod part_tools;
 mod parts;
 mod picture;
 mod poses;
@@ -157,7 +158,7 @@ const PLAIN: Panel =
 
 const NONE: Modifiers = Modifiers::NONE;
 
-const PANELS: [Panel; 21] = [
+const PANELS: [Panel; 22] = [
     Panel {
         place: Place::Left,
         show: |p, bench, ui| {
@@ -213,6 +214,7 @@ const PANELS: [Panel; 21] = [
         show: |p, bench, ui| p.parts.show(ui, bench),
         ..PLAIN
     },
+    Panel { show: |p, bench, ui| p.parts.follow_hand(ui.ctx(), bench), ..PLAIN },
     Panel {
         place: Place::Right(Tab::Thickness, "Thickness"),
         commands: &[Command::new(Menu::Measure, "Thickness map…", &[], |p, _, _| p.open(Tab::Thickness))],

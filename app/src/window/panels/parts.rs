@@ -3,27 +3,42 @@
 use super::super::ask::{Ask, Kind};
 use super::super::bench::Bench;
 use super::super::job::{Job, is_at_work};
+use super::super::picture::part_hand::Deed;
 use super::super::widgets::{choose_scans, color, line};
 use super::super::words::in_the_window;
-use bregma_field::{Progress, Volume};
+use super::part_tools;
+use bregma_field::{Progress, Surface, Volume};
 use bregma_measure::numbers::{fixed, significant, suffix};
+use bregma_parts::{Labels, PartsError};
 use bregma_renderer::{Layer, Within};
 use bregma_session::{How, Labelled, Listed, PartOf, PartOfError};
-use egui::{Align, Button, Checkbox, Context, DragValue, Key, Label, Layout, RichText, ScrollArea, Sense, TextEdit, Ui, vec2};
+use egui::{Align, Button, Checkbox, Context, DragValue, Key, Label, Layout, RichText, ScrollArea, Sense, TextEdit, Ui};
+use glam::DAffine3;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
-/// Where the person's answer comes from, and what is saved there; none where it is opened.
-type Asked = (Receiver<(Context, PathBuf)>, Option<Labelled>);
+/// Where the person's answer comes from, and what is done with the file.
+type Asked = (Receiver<(Context, PathBuf)>, For);
+
+/// What a file is asked for.
+enum For {
+    /// A label map is written to it.
+    Writing(Labelled),
+    /// A label map is read from it.
+    Map,
+    /// It is a surface that parts lie within.
+    Surface,
+}
 
 /// The panel.
 pub struct PartsPanel {
     /// Number of the scan.
     index: usize,
     neck_mm: f64,
+    smooth_mm: f64,
     job: Option<Job<Outcome>>,
     /// The parts that are to be left out, while what is kept is worked out; and since when.
     wanted: Option<(BTreeSet<u16>, Instant)>,
@@ -37,7 +52,7 @@ pub struct PartsPanel {
 
 impl Default for PartsPanel {
     fn default() -> Self {
-        Self { index: 0, neck_mm: 4.0, job: None, wanted: None, asked: None, naming: None, only_seen: false }
+        Self { index: 0, neck_mm: 4.0, smooth_mm: 2.0, job: None, wanted: None, asked: None, naming: None, only_seen: false }
     }
 }
 
@@ -54,6 +69,8 @@ struct Parted {
     /// The file that the map is in.
     file: Option<PathBuf>,
     notes: Vec<String>,
+    /// The parts that they came from, where they came from those.
+    from: Option<Option<Labelled>>,
 }
 
 /// Parts that have a row of their own.
@@ -67,13 +84,15 @@ impl PartsPanel {
     /// Takes what the thread brought; `Err` is a sentence for the person.
     pub fn poll(&mut self, bench: &mut Bench) -> Result<(), String> {
         if let Some((ctx, file)) = self.asked.as_ref().and_then(|(asked, _)| asked.try_recv().ok()) {
-            match self.asked.take().and_then(|(_, labelled)| labelled) {
-                Some(labelled) => self.save(&ctx, labelled, file),
-                None => self.find(&ctx, bench, How::File(file)),
+            match self.asked.take() {
+                Some((_, For::Writing(labelled))) => self.save(&ctx, labelled, file),
+                Some((_, For::Surface)) => self.find(&ctx, bench, How::Surface(file)),
+                _ => self.find(&ctx, bench, How::File(file)),
             }
         }
         let Some(result) = self.job.as_ref().and_then(Job::poll) else { return Ok(()) };
         (self.job, self.wanted) = (None, None);
+        let result = result.inspect_err(|_| fall_back(bench));
         match result.map_err(|e| format!("No parts: {}", in_the_window(&e)))? {
             Outcome::Parted(parted) => take(bench, *parted)?,
             Outcome::Saved(file, notes) => {
@@ -90,12 +109,16 @@ impl PartsPanel {
         if bench.work.opened.volumes.len() > 1 {
             choose_scans(ui, &bench.work.opened, std::slice::from_mut(&mut self.index), &[("Of", "Scan to part")]);
         }
+        let was_at_work = self.job.is_some();
         if self.wanted.as_ref().is_some_and(|(_, since)| since.elapsed() < SOON) {
             ui.ctx().request_repaint_after(SOON);
             self.deeds(ui, bench);
         } else if !is_at_work(&mut self.job, ui) {
             self.wanted = None;
             self.deeds(ui, bench);
+        } else if was_at_work && self.job.is_none() {
+            // What the person stopped has become nothing.
+            fall_back(bench);
         }
         let Some(labelled) = bench.work.opened.sources.get(self.index).and_then(|source| source.labels.clone()) else {
             ui.weak("Keep the skull leaves the head rest, the table, the paw out. Find islands lists all bone that hangs together.");
@@ -133,22 +156,55 @@ impl PartsPanel {
             let opens =
                 ui.button("Open label map…").on_hover_text("The parts as 3D Slicer or another program has them: .seg.nrrd, NIfTI, …");
             if opens.clicked() {
-                self.ask(&ctx, bench, Ask::open("Open a label map", Kind::Files), None);
+                self.ask(&ctx, bench, Ask::open("Open a label map", Kind::Files), For::Map);
             }
             let labelled = bench.work.opened.sources.get(self.index).and_then(|source| source.labels.clone());
             let saves =
                 ui.add_enabled(labelled.is_some(), Button::new("Save label map…")).on_disabled_hover_text("No parts were found yet");
             let saves = saves.on_hover_text("The parts with their names and colours, for 3D Slicer and others");
-            if saves.clicked() {
-                self.ask(&ctx, bench, SAVE, labelled);
+            if let Some(labelled) = labelled.filter(|_| saves.clicked()) {
+                self.ask(&ctx, bench, SAVE, For::Writing(labelled));
+            }
+        });
+        self.by_hand(ui, bench);
+    }
+
+    /// What makes parts by hand, and what is made of painted ones.
+    fn by_hand(&mut self, ui: &mut Ui, bench: &mut Bench) {
+        let ctx = ui.ctx().clone();
+        ui.separator();
+        part_tools::show(ui, bench, self.index);
+        let labelled = bench.work.opened.sources.get(self.index).and_then(|source| source.labels.clone());
+        let has_parts = labelled.is_some();
+        ui.horizontal_wrapped(|ui| {
+            let hint = "Two or more parts that were painted on bone grow through it until they meet";
+            let grows = ui.add_enabled(has_parts, Button::new("Grow from painted parts")).on_disabled_hover_text("Paint two parts first");
+            if grows.on_hover_text(hint).clicked() {
+                self.change(&ctx, bench, "Growing", |labels, bone, progress| labels.grown_from_seeds(bone, progress));
+            }
+            let hint = "What lies within a closed surface, PLY or STL, becomes a part";
+            if ui.button("From a surface…").on_hover_text(hint).clicked() {
+                self.ask(&ctx, bench, Ask::open("Open a closed surface", Kind::Files), For::Surface);
+            }
+        });
+        ui.horizontal(|ui| {
+            let hint = "Borders between parts that touch become smooth; bone stays bone";
+            let smooths = ui.add_enabled(has_parts, Button::new("Smooth borders")).on_disabled_hover_text("No parts were found yet");
+            let smooths = smooths.on_hover_text(hint).clicked();
+            let number = DragValue::new(&mut self.smooth_mm).range(NECKS_MM).speed(0.05).max_decimals(2).suffix(" mm");
+            let number = ui.add(number.update_while_editing(false));
+            number.on_hover_text("What reaches so far into another part is taken back").accessible_name("Radius of smoothing");
+            if smooths {
+                let mm = self.smooth_mm;
+                self.change(&ctx, bench, "Smoothing", move |labels, bone, progress| labels.smoothed(bone, mm, progress));
             }
         });
     }
 
     /// Asks for a file to read, or to write parts to.
-    fn ask(&mut self, ctx: &Context, bench: &mut Bench, ask: Ask, writes: Option<Labelled>) {
+    fn ask(&mut self, ctx: &Context, bench: &mut Bench, ask: Ask, what_for: For) {
         let (send, asked) = channel();
-        self.asked = Some((asked, writes));
+        self.asked = Some((asked, what_for));
         bench.ask(ctx, ask, move |_, ctx, files| {
             // The panel may ask for another one by now.
             let _ = send.send((ctx.clone(), files[0].clone()));
@@ -172,29 +228,104 @@ impl PartsPanel {
             How::Separate { .. } => "Separating",
             How::Skull => "Looking for the skull",
             How::File(_) => "Reading the label map",
+            How::Surface(_) => "Filling the surface",
         };
         let work = move |progress: &Progress| -> Result<Outcome, PartOfError> {
             let (labelled, notes) = Labelled::find(&how, (&volume, &layer), progress)?;
             let within = labelled.within(&volume, None, progress)?.map(|within| Within { measures, ..within });
             let file = if let How::File(file) = how { Some(file) } else { None };
-            Ok(Outcome::Parted(Box::new(Parted { volume, labelled, within, file, notes })))
+            Ok(Outcome::Parted(Box::new(Parted { volume, labelled, within, file, notes, from: None })))
         };
         (self.wanted, self.naming) = (None, None);
         self.job = Some(Job::start(ctx, what.into(), work));
     }
 
+    /// Makes other parts of those that there are.
+    fn change(
+        &mut self,
+        ctx: &Context,
+        bench: &Bench,
+        what: &str,
+        made: impl FnOnce(&Labels, &Surface, &Progress) -> Result<Labels, PartsError> + Send + 'static,
+    ) {
+        let opened = &bench.work.opened;
+        let Some(from) = opened.sources.get(self.index).and_then(|source| source.labels.clone()) else { return };
+        let (volume, layer) = (Arc::clone(&opened.volumes[self.index]), opened.scene.layers[self.index].clone());
+        let work = move |progress: &Progress| -> Result<Outcome, PartOfError> {
+            let no_bone = |_| PartsError::NoBone { scan: volume.name().to_owned() };
+            let bone = Surface::new(&volume, layer.iso, DAffine3::IDENTITY).map_err(no_bone)?;
+            let labelled = from.changed(&made(from.labels(), &bone, progress)?, &volume);
+            let within = labelled.within(&volume, layer.within.as_ref(), progress)?;
+            Ok(Outcome::Parted(Box::new(Parted { volume, labelled, within, file: None, notes: vec![], from: Some(Some(from)) })))
+        };
+        (self.wanted, self.naming) = (None, None);
+        self.job = Some(Job::start(ctx, what.to_owned(), work));
+    }
+
+    /// Makes a step of what the hand has painted or cut.
+    pub fn follow_hand(&mut self, ctx: &Context, bench: &mut Bench) {
+        let opened = &bench.work.opened;
+        let Some(hand) = bench.view.part_hand.as_mut().filter(|_| self.job.is_none()) else { return };
+        let Some((n, (deed, mut labels, from, mut changed))) = hand.scan(opened).and_then(|n| Some((n, hand.deed()?))) else { return };
+        let (volume, layer) = (Arc::clone(&opened.volumes[n]), opened.scene.layers[n].clone());
+        self.wanted = Some((from.as_ref().map(|from| from.left_out().clone()).unwrap_or_default(), Instant::now()));
+        let work = move |progress: &Progress| -> Result<Outcome, PartOfError> {
+            if let Deed::Cut(cut) = deed {
+                let cut = cut.apply(&mut labels, from.as_ref(), (&volume, layer.iso, layer.transform), progress)?;
+                changed = [changed, cut].into_iter().flatten().reduce(|a, b| a.with(b));
+            }
+            let labelled = match &from {
+                Some(from) => from.changed(&labels, &volume),
+                None => Labelled::new(labels, &volume, layer.iso),
+            };
+            let within = match changed {
+                Some(changed) => labelled.within_again(&volume, layer.within.as_ref(), changed, progress)?,
+                None => layer.within,
+            };
+            Ok(Outcome::Parted(Box::new(Parted { volume, labelled, within, file: None, notes: vec![], from: Some(from) })))
+        };
+        self.job = Some(Job::start(ctx, "Painting".into(), work));
+    }
+
+    /// How far what is kept is grown, and how its rim is shaded.
+    fn grows(&mut self, ui: &mut Ui, bench: &mut Bench, labelled: &Labelled) {
+        let Some(within) = &mut bench.work.opened.scene.layers[self.index].within else { return };
+        let mut grow_mm = within.grow_mm;
+        let changed = ui.horizontal(|ui| {
+            let number = |mm, range| DragValue::new(mm).range(range).speed(0.02).max_decimals(2).suffix(" mm").update_while_editing(false);
+            ui.weak("grown by");
+            let hint = "What is kept reaches so much farther; less far where it is negative";
+            let grown = ui.add(number(&mut grow_mm, -50.0..=50.0)).on_hover_text(hint).accessible_name("Grow what is kept");
+            ui.weak("rim");
+            let hint = "So far behind its face bone is shaded as the face and the bone together";
+            ui.add(number(&mut within.rim_mm, 0.0..=50.0)).on_hover_text(hint).accessible_name("Width of the rim");
+            // While it is dragged it is only seen how far.
+            grown.changed() && !grown.dragged() || grown.drag_stopped()
+        });
+        if changed.inner && grow_mm != within.grow_mm {
+            let known = Within { grow_mm, solid: None, ..within.clone() };
+            self.cut_anew(ui.ctx(), bench, labelled.clone(), Some(known));
+        }
+    }
+
     /// Leaves parts out.
     fn leave_out(&mut self, ctx: &Context, bench: &Bench, labelled: &Labelled, left_out: BTreeSet<u16>) {
+        let known = bench.work.opened.scene.layers.get(self.index).and_then(|layer| layer.within.as_ref());
+        let known = known.map(|within| Within { solid: None, ..within.clone() });
+        self.cut_anew(ctx, bench, labelled.clone().without(left_out), known);
+    }
+
+    /// Finds what is kept of parts, looked at as `known` is.
+    fn cut_anew(&mut self, ctx: &Context, bench: &Bench, labelled: Labelled, known: Option<Within>) {
         let opened = &bench.work.opened;
-        let Some((volume, layer)) = opened.volumes.get(self.index).cloned().zip(opened.scene.layers.get(self.index)) else { return };
+        let Some(volume) = opened.volumes.get(self.index).cloned() else { return };
         let file = opened.sources[self.index].within.as_ref().map(|within| within.file.clone());
-        let known = layer.within.as_ref().map(|within| Within { solid: None, ..within.clone() });
-        let (labelled, measures) = (labelled.clone().without(left_out.clone()), !self.only_seen);
+        let measures = !self.only_seen;
+        self.wanted = Some((labelled.left_out().clone(), Instant::now()));
         let work = move |progress: &Progress| -> Result<Outcome, PartOfError> {
             let within = labelled.within(&volume, known.as_ref(), progress)?.map(|within| Within { measures, ..within });
-            Ok(Outcome::Parted(Box::new(Parted { volume, labelled, within, file, notes: vec![] })))
+            Ok(Outcome::Parted(Box::new(Parted { volume, labelled, within, file, notes: vec![], from: None })))
         };
-        self.wanted = Some((left_out, Instant::now()));
         self.job = Some(Job::start(ctx, "Cutting".into(), work));
     }
 
@@ -212,6 +343,7 @@ impl PartsPanel {
             }
             self.measures(ui, &mut bench.work.opened.scene.layers[self.index]);
         });
+        self.grows(ui, bench, labelled);
     }
 
     /// Whether what is measured is of what is kept.
@@ -265,8 +397,7 @@ impl PartsPanel {
                 if tick.on_hover_text("Keep it").changed() {
                     _ = if kept { left_out.remove(&part.number) } else { left_out.insert(part.number) };
                 }
-                let (rect, _) = ui.allocate_exact_size(vec2(10.0, 10.0), Sense::hover());
-                ui.painter().rect_filled(rect, 2.0, color(part.color));
+                part_tools::square(ui, color(part.color));
                 self.name(ui, bench, labelled, part);
             });
         });
@@ -307,10 +438,29 @@ fn take(bench: &mut Bench, parted: Parted) -> Result<(), String> {
         return Err("The scan whose parts were looked for was changed or closed meanwhile: look for them again.".into());
     };
     let (source, layer) = (&mut opened.sources[n], &mut opened.scene.layers[n]);
+    // Undo took them back meanwhile, or other parts were found.
+    let is_same = |from: &Option<Labelled>| match (from, &source.labels) {
+        (Some(from), Some(now)) => from.is_same_map(now),
+        (from, now) => from.is_none() && now.is_none(),
+    };
+    if parted.from.as_ref().is_some_and(|from| !is_same(from)) {
+        fall_back(bench);
+        return Ok(());
+    }
+    if let Some(hand) = bench.view.part_hand.as_mut().filter(|hand| Arc::ptr_eq(hand.its_scan(), &parted.volume) && parted.from.is_some()) {
+        hand.became(&parted.labelled);
+    }
     source.within = parted.file.map(|file| PartOf::kept_of(&parted.labelled, file));
     (source.labels, layer.within) = (Some(parted.labelled), parted.within);
     parted.notes.into_iter().for_each(|note| bench.messages.note(note));
     Ok(())
+}
+
+/// Lets the hand begin again from the parts that there are.
+fn fall_back(bench: &mut Bench) {
+    if let Some(hand) = &mut bench.view.part_hand {
+        hand.fall_back(&bench.work.opened);
+    }
 }
 
 /// A size and its share of all.

@@ -10,10 +10,12 @@ use super::frames;
 use super::marks::{self, Screen};
 use super::navigate::mm_per_pixel;
 use super::painter::Painter;
+use super::part_hand::{Means, PartHand};
+use super::tint::Tint;
 use super::view::View;
 use bregma_field::WorldPoint;
 use bregma_measure::mesh::onto_surface;
-use bregma_renderer::{BodyPlane, Camera, Picture, Shape, Window};
+use bregma_renderer::{BodyPlane, Camera, Picture, PixelAffine, Shape, Window};
 use bregma_session::Layout;
 use bregma_session::coat::Coat;
 use egui::emath::GuiRounding;
@@ -89,6 +91,9 @@ pub struct SliceView {
     moved_at: f64,
     /// The button went down to close a menu or a list.
     closes_popup: bool,
+    /// The colours of parts that are made by hand.
+    tint: Tint,
+    pictures: u64,
 }
 
 /// The wheel's way from slice to slice: about a notch.
@@ -139,6 +144,7 @@ impl SliceView {
         match painter.poll()? {
             Ok(mut painted) => {
                 let (image, reduction) = (std::mem::take(&mut painted.image), painted.reduction);
+                self.pictures += 1;
                 self.painted.replace(painted).into_iter().for_each(|old| painter.give_back(old));
                 self.put(ctx, image, reduction);
                 None
@@ -185,8 +191,9 @@ impl SliceView {
         let before = (work.opened.slices, work.opened.scene.clips.clone());
         let step_mm = work.opened.slices.step_mm(plane, &grids);
         let hand = Hand { plane, screen: Screen { camera: &camera, rect: own, size: own_size }, step_mm };
-        let told = hand.click(&response, self.closes_popup, work, picture);
-        hand.drag(ui, &response, &mut self.grip, work, picture.hand.as_ref());
+        let makes_parts = hand.make_parts(ui, &response, work, picture);
+        let told = if makes_parts { Ok(()) } else { hand.click(&response, self.closes_popup, work, picture) };
+        hand.drag(ui, &response, &mut self.grip, work, (picture.hand.as_ref(), makes_parts));
         hand.wheel(ui, &response, &mut self.scrolled, work);
         if before != (work.opened.slices, work.opened.scene.clips.clone()) {
             self.moved_at = ui.ctx().time();
@@ -197,6 +204,10 @@ impl SliceView {
         if let Some(texture) = &self.texture {
             let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
             ui.painter_at(rect).image(texture.id(), rect, whole, Color32::WHITE);
+        }
+        if let ([(rect, size)], Some(part_hand)) = (&panes[..], &picture.part_hand) {
+            let hand = Hand { plane, screen: Screen { camera: &camera, rect: *rect, size: *size }, step_mm };
+            hand.tinted(ui, &response, work, part_hand, (&mut self.tint, self.pictures));
         }
         let mut under = None;
         for (rect, size) in panes {
@@ -267,6 +278,35 @@ impl Hand<'_> {
         nearest.map_or((point_mm, None), |(_, landed, scan)| (landed, Some(scan)))
     }
 
+    /// Lets the mouse paint parts. Whether it does; scissors cut in the picture alone.
+    fn make_parts(&self, ui: &Ui, response: &Response, work: &Work, picture: &mut View) -> bool {
+        let Some(part_hand) = picture.part_hand.as_mut().filter(|part_hand| part_hand.means != Means::Scissors) else { return false };
+        if response.hovered() || response.is_pointer_button_down_on() || response.drag_stopped() {
+            part_hand.look(&work.opened);
+            part_hand.follow(ui, response, work, |at| Some(WorldPoint(self.point(at))), |_| self.mm_per_point());
+        }
+        true
+    }
+
+    /// Shows the colours of parts, and the brush.
+    fn tinted(&self, ui: &Ui, response: &Response, work: &Work, part_hand: &PartHand, (tint, pictures): (&mut Tint, u64)) {
+        let (painter, size) = (ui.painter_at(self.screen.rect), self.screen.size.map(|n| n as usize));
+        if let Some(color) = part_hand.colors(work, false) {
+            let camera = self.screen.camera;
+            let rays = camera.pixel_rays(self.screen.size[0], self.screen.size[1]);
+            let under = |x: usize, y: usize| {
+                let at = |a: &PixelAffine| a.base + x as f64 * a.per_x + y as f64 * a.per_y;
+                let (origin, direction) = (at(&rays.origin), at(&rays.direction).normalize());
+                Some(origin + (camera.target_mm - origin).dot(direction) * direction)
+            };
+            tint.show((ui.ctx(), &painter), &self.screen, (pictures, size), part_hand, color, &under);
+        }
+        if part_hand.means != Means::Scissors {
+            let hovered = response.hover_pos().map(|at| (at, Some(WorldPoint(self.point(at)))));
+            part_hand.show(&painter, &self.screen, hovered);
+        }
+    }
+
     /// A click of the tools that take points; of the others it moves the cross, as a drag does.
     fn click(&self, response: &Response, closes_popup: bool, work: &mut Work, picture: &mut View) -> Result<(), String> {
         if response.double_clicked() {
@@ -305,7 +345,7 @@ impl Hand<'_> {
         }
     }
 
-    fn drag(&self, ui: &Ui, response: &Response, grip: &mut Grip, work: &mut Work, by_hand: Option<&ByHand>) {
+    fn drag(&self, ui: &Ui, response: &Response, grip: &mut Grip, work: &mut Work, (by_hand, makes_parts): (Option<&ByHand>, bool)) {
         if let Some(by_hand) = by_hand
             && let Some(drag) = Drag::of(ui, response)
         {
@@ -313,9 +353,10 @@ impl Hand<'_> {
             return;
         }
         let modifiers = ui.input(|i| i.modifiers);
-        let left = response.dragged_by(PointerButton::Primary);
+        // With Shift the view is moved, whoever has the button.
+        let left = response.dragged_by(PointerButton::Primary) && (!makes_parts || modifiers.shift);
         let delta = response.drag_delta();
-        if response.drag_started_by(PointerButton::Primary) && !modifiers.any() {
+        if response.drag_started_by(PointerButton::Primary) && !modifiers.any() && !makes_parts {
             *grip = ui.input(|i| i.pointer.press_origin()).map_or(Grip::Nothing, |at| self.grip(at, work));
         }
         if let Some(at) = response.hover_pos().filter(|_| *grip == Grip::Nothing)

@@ -12,9 +12,11 @@ use super::legend;
 use super::marks::{self, Screen};
 use super::mouse::Mouse;
 use super::navigate;
+use super::part_hand::{Means, PartHand, under};
 use super::section_curve::SectionCurve;
 use super::solid_handles;
-use bregma_renderer::Ray;
+use super::tint::Tint;
+use bregma_renderer::{PixelAffine, Ray};
 use bregma_session::views::View as Norma;
 use bregma_session::{Compare, Layout};
 use egui::emath::GuiRounding;
@@ -22,6 +24,7 @@ use egui::{
     Color32, ColorImage, CursorIcon, PointerButton, Pos2, Rect, Response, Role, Sense, TextureHandle, TextureOptions, Ui, WidgetInfo,
 };
 use glam::DVec3;
+use std::sync::Arc;
 
 /// The picture on the screen.
 #[derive(Default)]
@@ -35,6 +38,11 @@ pub struct View {
     tool: Tool,
     /// The scan that drags move, instead of the view, in the picture and in slices.
     pub hand: Option<ByHand>,
+    /// What makes parts by hand: drags are its, in the picture and in slices.
+    pub part_hand: Option<PartHand>,
+    tint: Tint,
+    /// Pictures that have come so far.
+    pictures: u64,
     /// The curve of a section.
     pub section: Option<SectionCurve>,
     /// The first of two clicked points.
@@ -68,9 +76,10 @@ impl View {
     pub fn let_go(&mut self, ctx: &egui::Context, work: &Work) {
         if ctx.input(|i| i.key_pressed(egui::Key::Escape)) {
             self.forget_first_point();
-            self.hand = None;
+            (self.hand, self.part_hand) = (None, None);
         }
         self.hand.take_if(|hand| hand.number(&work.opened).is_none());
+        self.part_hand.take_if(|hand| hand.scan(&work.opened).is_none());
     }
 
     /// The next of two clicks is the first again.
@@ -85,6 +94,9 @@ impl View {
 
     /// What the mouse does now, for the status line.
     pub fn hint(&self) -> &'static str {
+        if let Some(hand) = &self.part_hand {
+            return hand.hint();
+        }
         if self.hand.is_some() {
             return "Drag moves the scan  ·  Ctrl + drag turns it  ·  Escape ends";
         }
@@ -101,6 +113,7 @@ impl View {
     pub fn take(&mut self, ctx: &egui::Context, mut painted: Painted) -> Option<Painted> {
         let image = std::mem::take(&mut painted.image);
         self.put(ctx, image, painted.reduction);
+        self.pictures += 1;
         self.painted.replace(painted)
     }
 
@@ -158,7 +171,9 @@ impl View {
         if ui.input(|i| i.pointer.any_pressed()) {
             self.closes_popup = ui.ctx().any_popup_open();
         }
+        let has_parts = self.make_parts(ui, &response, work, rect, size);
         if response.clicked_by(PointerButton::Primary)
+            && !has_parts
             && !self.closes_popup
             && let Some(at) = response.interact_pointer_pos()
             && let Some((pane, pixels)) = panes(&work.opened, rect, size).into_iter().find(|(pane, _)| pane.contains(at))
@@ -170,7 +185,8 @@ impl View {
                 told = self.click(work, pane, pixels, at).map(|()| size);
             }
         }
-        if !self.move_by_hand(ui, &response, work, rect, size)
+        if !has_parts
+            && !self.move_by_hand(ui, &response, work, rect, size)
             && let Some((pane, pixels)) = panes(&work.opened, rect, size).first().copied()
         {
             self.hold_landmark(ui, &response, work, pane, pixels);
@@ -204,6 +220,7 @@ impl View {
             let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
             painter.image(texture.id(), rect, whole, Color32::WHITE);
         }
+        self.tinted(ui, work, &panes);
         compare_bar::line(ui, &mut work.opened.compare, rect);
         let bounds = work.opened.bounds();
         let mut on_dot = None;
@@ -255,7 +272,9 @@ impl View {
             return false;
         }
         let (grids, height) = (work.opened.grids(), f64::from(response.rect.height()));
-        let has = self.hand.is_none() && cut_handles::by_mouse(ui, response, &mut work.opened.scene, &grids, height, &mut self.held);
+        let has = self.hand.is_none()
+            && self.part_hand.is_none()
+            && cut_handles::by_mouse(ui, response, &mut work.opened.scene, &grids, height, &mut self.held);
         if has {
             self.moved_at = ui.ctx().time();
         }
@@ -266,7 +285,8 @@ impl View {
     fn navigate(&mut self, ui: &Ui, response: &Response, work: &mut Work, panes: &[(Rect, [u32; 2])], turns_freely: bool) {
         let at = response.hover_pos();
         let Some(pane) = panes.iter().find(|(pane, _)| at.is_some_and(|at| pane.contains(at))).or(panes.first()) else { return };
-        let mouse = Mouse { turns_freely, is_taken: self.hand.is_some(), pane: *pane, under_mm: self.under(ui, work) };
+        let mouse =
+            Mouse { turns_freely, is_taken: self.hand.is_some() || self.part_hand.is_some(), pane: *pane, under_mm: self.under(ui, work) };
         let camera = &mut work.opened.scene.camera;
         let before = *camera;
         mouse.navigate(ui, response, camera);
@@ -277,6 +297,47 @@ impl View {
         if *camera != before {
             self.moved_at = ui.ctx().time();
         }
+    }
+
+    /// Lets the mouse make parts. Whether it does.
+    fn make_parts(&mut self, ui: &Ui, response: &Response, work: &Work, rect: Rect, size: [u32; 2]) -> bool {
+        let Some(mut hand) = self.part_hand.take() else { return false };
+        hand.look(&work.opened);
+        let panes = panes(&work.opened, rect, size);
+        let begun = ui.input(|i| i.pointer.press_origin()).or(response.hover_pos());
+        if let Some((rect, size)) = panes.iter().find(|(pane, _)| begun.is_some_and(|at| pane.contains(at))).copied() {
+            let camera = work.opened.scene.camera;
+            let screen = Screen { camera: &camera, rect, size };
+            if hand.means == Means::Scissors {
+                hand.cut(ui, response, &screen, self.painted.as_ref().map(|painted| &painted.picture));
+            } else {
+                let (scan, height) = (Arc::clone(hand.its_scan()), f64::from(rect.height()));
+                hand.follow(ui, response, work, |at| under(&scan, work, &screen, at), |p| navigate::mm_per_pixel_at(&camera, p, height));
+            }
+        }
+        self.part_hand = Some(hand);
+        true
+    }
+
+    /// Shows the colours of parts, and the brush.
+    fn tinted(&mut self, ui: &Ui, work: &Work, panes: &[(Rect, [u32; 2])]) {
+        let (Some(hand), Some(painted), [(rect, size)]) = (&self.part_hand, &self.painted, panes) else { return };
+        let (picture, camera) = (&painted.picture, &work.opened.scene.camera);
+        let screen = Screen { camera, rect: *rect, size: *size };
+        if let Some(color) = hand.colors(work, true) {
+            let [width, height] = [picture.width, picture.height];
+            let rays = camera.pixel_rays(width, height);
+            let under = |x: usize, y: usize| {
+                let depth_mm = picture.depth_mm[y * width as usize + x];
+                let at = |a: &PixelAffine| a.base + x as f64 * a.per_x + y as f64 * a.per_y;
+                let direction = at(&rays.direction).normalize();
+                depth_mm.is_finite().then(|| at(&rays.origin) + f64::from(depth_mm) * direction)
+            };
+            let size = [width as usize, height as usize];
+            self.tint.show((ui.ctx(), &ui.painter_at(*rect)), &screen, (self.pictures, size), hand, color, &under);
+        }
+        let hovered = ui.ctx().pointer_hover_pos().filter(|at| rect.contains(*at));
+        hand.show(&ui.painter_at(*rect), &screen, hovered.map(|at| (at, under(hand.its_scan(), work, &screen, at))));
     }
 
     /// Lets the scan that the hand has follow the mouse. Whether the hand has one.
