@@ -4,7 +4,8 @@
     python3 benches/studio.py target/release/bregma [SCAN:ISO]
 
 The scene is the demo's skull A at 256 samples (made if no scan is named), 512 × 512, isovalue 226, azimuth −35°, elevation 10°, field of view 25°, one
-lamp upper left, an even sky, a sweep, up to 5 bounces. Reading the scan is timed alone and taken off. Each figure is the least of three: nothing makes a computer faster than
+lamp upper left, an even sky, a sweep, up to 5 bounces. Reading the scan is timed alone and taken off. Then the same by the processor and by the GPU, be it a
+software driver: of these what further samples take, so that compiling shaders is not counted. Each figure is the least of three: nothing makes a computer faster than
 it is. Beside it stand the load of the machine and processor seconds: on cores that others use wall times are no measure.
 """
 import json
@@ -59,6 +60,17 @@ def main():
             samples = int(told.split(" samples")[0].split()[-1])
             each = f"{1e6 * (wall - reading) / (samples * SIZE * SIZE):.2f}"
             print(f"| {' '.join(what)} | {wall:.2f} | {each} | {spent:.2f} | {told} |", flush=True)
+
+        print("\n| --backend | µs wall a further sample | processor µs |\n|---|---|---|")
+        for backend in ("cpu", "gpu"):
+            lit = [*view, "--backend", backend, "--studio", light]
+            try:
+                few, many = [timed([*lit, "--samples", str(n), *out])[0] for n in (1, 17)]
+            except subprocess.CalledProcessError as error:
+                print(f"| {backend} | {error.stderr.strip()} | |")
+                continue
+            wall, spent = [1e6 * (b - a) / (16 * SIZE * SIZE) for a, b in zip(few, many)]
+            print(f"| {backend} | {wall:.2f} | {spent:.2f} |", flush=True)
 
 
 if __name__ == "__main__":

@@ -20,6 +20,14 @@ struct PixelAffine {
     per_y_lo: vec3<f32>,
 }
 
+// An affine map, by its columns.
+struct Affine {
+    x: Double,
+    y: Double,
+    z: Double,
+    at: Double,
+}
+
 struct Line {
     origin: Double,
     direction: Double,

@@ -32,7 +32,7 @@ fn trace(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_inde
 fn world_normal(hit: Hit, direction: vec3<f32>, part: Kept) -> vec3<f32> {
     if hit.met == MET_ISOSURFACE || hit.met == MET_SOLID {
         let surface = gradient_at(hit.cell, hit.local);
-        return toward_viewer(rim(hit.cell, hit.local, surface, direction, hit.met == MET_SOLID), direction);
+        return toward_viewer(rim(hit.cell, hit.local, surface, direction, hit.met == MET_SOLID, params.rim_units), direction);
     }
     if hit.met == MET_START && part.is_cut {
         return part.normal;

@@ -67,7 +67,7 @@ fn normal_at(way: CellPass, direction: vec3<f32>, u: f32) -> vec3<f32> {
     } else {
         surface = smooth_gradient(way.cell, local);
     }
-    return toward_viewer(rim(way.cell, local, surface, direction, way.at_face && u == 0.0), direction);
+    return toward_viewer(rim(way.cell, local, surface, direction, way.at_face && u == 0.0, params.rim_units), direction);
 }
 
 // The same, but a cut's own as deep behind it as `skin`.

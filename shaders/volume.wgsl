@@ -33,6 +33,9 @@ struct TraceParams {
     // Placement: the pixel rays in the volume's index space.
     origin: PixelAffine,
     direction: PixelAffine,
+    // And for rays that are no pixel's, which paths of light have.
+    to_index: Affine,
+    to_world: Affine,
     dims: vec3<i32>,
     level: f32,
     // Change in index space per mm toward the light.

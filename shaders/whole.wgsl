@@ -10,6 +10,6 @@ fn holds(cell: vec3<i32>, local: vec3<f32>) -> bool {
     return true;
 }
 
-fn rim(cell: vec3<i32>, local: vec3<f32>, surface: vec3<f32>, direction: vec3<f32>, at_face: bool) -> vec3<f32> {
+fn rim(cell: vec3<i32>, local: vec3<f32>, surface: vec3<f32>, direction: vec3<f32>, at_face: bool, rim_units: f32) -> vec3<f32> {
     return surface;
 }

@@ -98,15 +98,15 @@ fn unit_toward(v: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(0.0);
 }
 
-// The normal where the solid cuts bone: its own at its face, and for a way behind it a blend with the surface's, both in index space and toward the
-// viewer, who looks along `direction`.
-fn rim(cell: vec3<i32>, local: vec3<f32>, surface: vec3<f32>, direction: vec3<f32>, at_face: bool) -> vec3<f32> {
+// The normal where the solid cuts bone: its own at its face, and for `rim_units` behind it a blend with the surface's, both in index space and toward
+// the viewer, who looks along `direction`.
+fn rim(cell: vec3<i32>, local: vec3<f32>, surface: vec3<f32>, direction: vec3<f32>, at_face: bool, rim_units: f32) -> vec3<f32> {
     if !is_near(cell) {
         return surface;
     }
     let lower = units_around(cell);
     let upper = units_around(cell + vec3<i32>(0, 0, 1));
-    let share = select(clamp(trilinear(lower, upper, local) / max(params.rim_units, SMALLEST), 0.0, 1.0), 0.0, at_face);
+    let share = select(clamp(trilinear(lower, upper, local) / max(rim_units, SMALLEST), 0.0, 1.0), 0.0, at_face);
     if share >= 1.0 {
         return surface;
     }

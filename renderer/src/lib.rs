@@ -49,6 +49,7 @@ use bregma_field::{SurfaceError, Volume};
 use serde::Serialize;
 use std::fmt;
 use std::sync::Arc;
+use studio::Tracer;
 use thiserror::Error;
 
 /// A kind of machine that draws.
@@ -117,6 +118,10 @@ pub trait Renderer: Send {
         }
         Ok(still.picture())
     }
+
+    /// A scene that has a studio, ready to be drawn under its light in a picture of a size; other seeds have other noise. What takes long to know of
+    /// the scans is kept for the next one.
+    fn tracer(&mut self, volumes: &[Arc<Volume>], scene: &Scene, size: [u32; 2], seed: u32) -> Result<Tracer, RenderError>;
 
     /// Takes back a picture that nobody needs: the next one of its size has its memory, which else takes up to a quarter of a frame's time to come.
     fn reuse(&mut self, picture: Picture) {

@@ -2,8 +2,8 @@
 
 use crate::output::{OutputError, write_by};
 use bregma_field::{Cancelled, Progress, Volume};
-use bregma_renderer::studio::{Exposed, LEAST_SAMPLES, Preset, Studio, StudioError, Tracer};
-use bregma_renderer::{Color, CpuRenderer, Named, Picture, RenderError, Renderer, Scene};
+use bregma_renderer::studio::{Exposed, LEAST_SAMPLES, NotDrawn, Preset, Studio, StudioError, Tracer};
+use bregma_renderer::{Backend, Color, Named, Picture, RenderError, Renderer, Scene};
 use glam::Vec4;
 use serde::{Deserialize, Serialize};
 use std::ffi::OsString;
@@ -143,6 +143,15 @@ pub enum ExposeError {
     Cancelled(#[from] Cancelled),
 }
 
+impl From<NotDrawn> for ExposeError {
+    fn from(reason: NotDrawn) -> Self {
+        match reason {
+            NotDrawn::Cancelled(reason) => reason.into(),
+            NotDrawn::Failed(reason) => reason.into(),
+        }
+    }
+}
+
 /// A picture that is good enough, and how it became so.
 #[derive(Debug)]
 pub struct Drawn {
@@ -188,10 +197,10 @@ pub fn part_of(out: &Path, n: usize) -> PathBuf {
 /// What a file of kept samples begins with.
 const MAGIC: &[u8] = b"bregma studio 1\n";
 
-/// Draws a picture until it is good enough, and tells how far it is after each round.
-pub fn draw(order: &Order<'_>, progress: &Progress, mut told: impl FnMut(Told)) -> Result<Drawn, ExposeError> {
-    let tracer = Tracer::new(order.volumes, order.scene, order.size, order.exposure.seed)?;
-    let header = header(order);
+/// Draws a picture by a renderer until it is good enough, and tells how far it is after each round.
+pub fn draw(order: &Order<'_>, renderer: &mut dyn Renderer, progress: &Progress, mut told: impl FnMut(Told)) -> Result<Drawn, ExposeError> {
+    let tracer = renderer.tracer(order.volumes, order.scene, order.size, order.exposure.seed)?;
+    let header = header(order, tracer.backend());
     let exposed = resumed(order, &header).unwrap_or_else(|| Exposed::new(order.size));
     let resumed = exposed.samples();
     let mut exposing = Exposing::of(tracer, exposed, order.exposure.stop);
@@ -204,7 +213,7 @@ pub fn draw(order: &Order<'_>, progress: &Progress, mut told: impl FnMut(Told)) 
         }
     }
     let [width, height] = order.size;
-    let middles = CpuRenderer::default().render(order.volumes, order.scene, width, height)?;
+    let middles = renderer.render(order.volumes, order.scene, width, height)?;
     let (samples, noise) = (exposing.exposed.samples(), exposing.exposed.noise());
     let description = description(order, samples, noise);
     Ok(Drawn { middles, light: exposing.light(order.exposure.denoise), samples, noise, resumed, description })
@@ -232,7 +241,7 @@ impl Exposing {
     }
 
     /// Adds the samples of one round, and tells how far the picture is; `None` once it is good enough.
-    pub fn go_on(&mut self, progress: &Progress) -> Result<Option<Told>, Cancelled> {
+    pub fn go_on(&mut self, progress: &Progress) -> Result<Option<Told>, NotDrawn> {
         let Stop { samples, noise, minutes, even } = self.stop;
         let is_late = minutes.is_some_and(|minutes| self.begun.elapsed().as_secs_f64() >= 60.0 * minutes);
         if is_late || is_enough(&self.exposed, &self.stop) {
@@ -286,9 +295,10 @@ fn left(exposed: &Exposed, stop: &Stop, seconds: f64) -> Option<Duration> {
 }
 
 /// What a picture's kept samples are of: all that decides them.
-fn header(order: &Order<'_>) -> Vec<u8> {
+fn header(order: &Order<'_>, backend: Backend) -> Vec<u8> {
     let scans: Vec<String> = order.volumes.iter().map(|volume| volume.content()).collect();
-    let of = serde_json::json!({ "scene": order.scene, "scans": scans, "seed": order.exposure.seed, "size": order.size });
+    let of =
+        serde_json::json!({ "scene": order.scene, "scans": scans, "backend": backend, "seed": order.exposure.seed, "size": order.size });
     let text = of.to_string();
     [MAGIC, &(text.len() as u64).to_le_bytes(), text.as_bytes()].concat()
 }

@@ -3,15 +3,16 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on fails")]
 
-use bregma_field::{crossings, interpolant};
+use bregma_field::{Solid, crossings, interpolant};
 use bregma_renderer::studio::{Exposed, Follows, Ground, Lamp, Preset, Sky, Studio, Tone, Tracer, TracerCache};
-use bregma_renderer::{Bounds, Camera, Clip, Color, Ray, Scene, Shape, Surface};
+use bregma_renderer::{Bounds, Camera, Clip, Color, CpuRenderer, GpuRenderer, Mode, Named, Ray, Renderer, Scene, Shape, Surface, Within};
 use bregma_session::studio::{Exposing, Stop, on_ground};
 use bregma_synthetic::{Random, Which, skull};
 use bregma_volume::{Progress, ReadSamples, Samples, Volume, WorldPoint};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
@@ -173,11 +174,19 @@ fn plainly(volume: &Arc<Volume>, scene: &Scene, size: [u32; 2], samples: u32) ->
     (0..across * (size[1] / 8)).into_par_iter().map(block).collect()
 }
 
-fn traced(volumes: &[Arc<Volume>], scene: &Scene, size: [u32; 2], samples: u32, seeds: u32) -> Blocks {
+fn traced(
+    renderer: &mut dyn Renderer,
+    volumes: &[Arc<Volume>],
+    scene: &Scene,
+    size: [u32; 2],
+    samples: u32,
+    seeds: std::ops::Range<u32>,
+) -> Blocks {
     let across = (size[0] / 8) as usize;
-    let pictures: Vec<Vec<f64>> = (0..seeds)
+    let count = f64::from(seeds.end - seeds.start);
+    let pictures: Vec<Vec<f64>> = seeds
         .map(|seed| {
-            let tracer = Tracer::new(volumes, scene, size, seed).unwrap();
+            let tracer = renderer.tracer(volumes, scene, size, seed).unwrap();
             let mut exposed = Exposed::new(size);
             tracer.expose(&mut exposed, samples, None, &Progress::default()).unwrap();
             let light = tracer.light(&exposed, false);
@@ -190,7 +199,6 @@ fn traced(volumes: &[Arc<Volume>], scene: &Scene, size: [u32; 2], samples: u32, 
             sums
         })
         .collect();
-    let count = f64::from(seeds);
     (0..pictures[0].len())
         .map(|n| {
             let mean = pictures.iter().map(|p| p[n]).sum::<f64>() / count;
@@ -204,10 +212,15 @@ fn traced(volumes: &[Arc<Volume>], scene: &Scene, size: [u32; 2], samples: u32, 
 fn compared(size: [u32; 2], plain_samples: u32, samples: u32, seeds: u32) -> [f64; 2] {
     let (volumes, scene) = lit_skull(40);
     let reference = plainly(&volumes[0], &scene, size, plain_samples);
-    let found = traced(&volumes, &scene, size, samples, seeds);
+    let found = traced(&mut CpuRenderer::default(), &volumes, &scene, size, samples, 0..seeds);
+    z_scores(&reference, &found)
+}
+
+/// The mean of all blocks in its standard errors, and the root mean square of all blocks in theirs.
+fn z_scores(reference: &Blocks, found: &Blocks) -> [f64; 2] {
     let (mut off, mut variance, mut squares, mut count) = (0.0, 0.0, 0.0, 0.0);
     let mut means = [0.0; 2];
-    for ([a, of_a], [b, of_b]) in reference.iter().zip(&found).filter(|([a, _], _)| *a > 0.01) {
+    for ([a, of_a], [b, of_b]) in reference.iter().zip(found).filter(|([a, _], _)| *a > 0.01) {
         (off, variance, count) = (off + b - a, variance + of_a + of_b, count + 1.0);
         squares += (b - a).powi(2) / (of_a + of_b);
         means = [means[0] + a, means[1] + b];
@@ -323,6 +336,127 @@ fn the_view_soon_has_a_good_picture() {
     }
 }
 
+/// The light of a picture on what draws, and the seconds that it took.
+fn light_by(renderer: &mut dyn Renderer, volumes: &[Arc<Volume>], scene: &Scene, size: [u32; 2], samples: u32) -> (Vec<glam::Vec4>, f64) {
+    let tracer = renderer.tracer(volumes, scene, size, 5).unwrap();
+    assert_eq!(tracer.backend(), renderer.backend());
+    let mut exposed = Exposed::new(size);
+    let begun = Instant::now();
+    tracer.expose(&mut exposed, samples, None, &Progress::default()).unwrap();
+    (tracer.light(&exposed, false), begun.elapsed().as_secs_f64())
+}
+
+fn gpu() -> GpuRenderer {
+    GpuRenderer::new(true).expect("a software Vulkan driver is installed by tests/run")
+}
+
+/// Demo skulls of so many samples, seen as in `lit_skull`.
+fn demo(size: usize, count: usize) -> (Vec<Arc<Volume>>, Scene) {
+    let volumes: Vec<_> =
+        [Which::A, Which::B].into_iter().take(count).map(|which| Arc::new(skull(which, size, &Progress::default()).unwrap())).collect();
+    let mut scene = Scene::of(&volumes);
+    scene.layers.iter_mut().for_each(|layer| layer.iso = 226.0);
+    scene.camera = Camera::orbit_with_fov(&Bounds::of(volumes.iter().map(|v| v.grid())), -35.0, 10.0, 25.0);
+    (volumes, scene)
+}
+
+/// What is drawn beside the presets: what paths could do otherwise than the walk does.
+fn cases() -> Vec<(&'static str, Vec<Arc<Volume>>, Scene)> {
+    let (volumes, plain) = demo(128, 1);
+    let lit = |studio: Studio| Scene { studio: Some(studio), ..plain.clone() };
+    let mut cases: Vec<_> = Preset::ALL.iter().map(|preset| (preset.name(), volumes.clone(), lit(preset.studio()))).collect();
+    let glossy = Studio { gloss: 0.7, ground: Ground::Catcher, ..Preset::Journal.studio() };
+    cases.push(("gloss on a catcher", volumes.clone(), lit(glossy)));
+    let mut cut = lit(Preset::Journal.studio());
+    let middle = Bounds::of(volumes.iter().map(|v| v.grid())).centre_mm;
+    cut.clips = vec![
+        Clip::all(Shape::Plane { normal: DVec3::new(-0.6, 0.0, 0.8), offset_mm: DVec3::new(-0.6, 0.0, 0.8).dot(middle) + 30.0 }),
+        Clip::all(Shape::Box { low_mm: middle - 75.0, high_mm: middle + 75.0 }),
+    ];
+    let grid = volumes[0].grid();
+    let mut within = cut.clone();
+    let solid = Solid::of(grid, |p| 60.0 - (grid.world(p).0 - middle).length());
+    let part = Within { part: "ball".into(), keeps: true, grow_mm: 0.0, rim_mm: 1.0, measures: true, solid: Some(Arc::new(solid)) };
+    within.layers[0].within = Some(part);
+    cases.extend([("cuts", volumes.clone(), cut), ("a solid", volumes, within)]);
+    let (both, mut overlay) = demo(96, 2);
+    (overlay.mode, overlay.studio) = (Mode::Overlay, Some(Preset::Museum.studio()));
+    cases.push(("an overlay", both, overlay));
+    cases
+}
+
+#[test]
+fn one_sample_on_the_gpu_is_the_processors() {
+    // Fails if a density, a cosine, a start off a surface, a cut or the order of random numbers is another's: paths part there.
+    let (mut cpu, mut gpu) = (CpuRenderer::default(), gpu());
+    let size = [128, 128];
+    for (name, volumes, scene) in cases() {
+        let [(a, _), (b, _)] = [&mut cpu as &mut dyn Renderer, &mut gpu].map(|renderer| light_by(renderer, &volumes, &scene, size, 1));
+        let near = a.iter().zip(&b).filter(|(a, b)| (**a - **b).abs().max_element() <= 1e-3).count();
+        let [mean, other] = [&a, &b].map(|all| all.iter().map(|v| f64::from(v.y)).sum::<f64>() / all.len() as f64);
+        let share = near as f64 / a.len() as f64;
+        println!("{name}: {:.2} % of pixels within 1e-3, means {mean:.5} and {other:.5}", 100.0 * share);
+        assert!(mean > 0.01 && share >= 0.995, "{name}: {share}");
+    }
+}
+
+#[test]
+fn the_gpus_blocks_are_as_bright_as_the_processors() {
+    // Fails if light is lost or won where paths part by rounding: 256 samples of either, of other seeds, differ by chance alone.
+    let (volumes, scene) = lit_skull(40);
+    let size = [64, 64];
+    let by_cpu = traced(&mut CpuRenderer::default(), &volumes, &scene, size, 16, 0..16);
+    let by_gpu = traced(&mut gpu(), &volumes, &scene, size, 16, 16..32);
+    let [z, rms] = z_scores(&by_cpu, &by_gpu);
+    assert!(z.abs() < 3.5 && (0.75..1.3).contains(&rms), "{z} {rms}");
+}
+
+#[test]
+fn what_the_gpu_was_stopped_at_it_goes_on_with_to_the_same_bits() {
+    // Fails if a round's samples depend on those before it, blocks at rest are drawn on, or a stopped round leaves half of itself.
+    let (volumes, mut scene) = lit_skull(40);
+    scene.studio = Some(Preset::Museum.studio());
+    let (size, mut gpu) = ([45, 37], gpu());
+    let tracer = gpu.tracer(&volumes, &scene, size, 9).unwrap();
+    let draw = |rounds: &[u32]| {
+        let mut exposed = Exposed::new(size);
+        rounds.iter().for_each(|until| tracer.expose(&mut exposed, *until, None, &Progress::default()).unwrap());
+        exposed
+    };
+    let whole = draw(&[12]);
+    assert!(draw(&[1, 5, 12]) == whole, "what was drawn in parts is another picture");
+    let stopped = Progress::default();
+    stopped.cancel();
+    let mut exposed = draw(&[5]);
+    assert!(tracer.expose(&mut exposed, 12, None, &stopped).is_err() && exposed == draw(&[5]));
+    tracer.expose(&mut exposed, 12, None, &Progress::default()).unwrap();
+    assert!(exposed == whole, "what was stopped is another picture");
+    tracer.expose(&mut exposed, 64, Some(f32::INFINITY), &Progress::default()).unwrap();
+    assert!(exposed.samples() == 64, "blocks rest before they tell their noise");
+    tracer.expose(&mut exposed, 96, Some(f32::INFINITY), &Progress::default()).unwrap();
+    assert!(exposed.samples() == 64, "blocks at rest are drawn on");
+}
+
+#[test]
+#[ignore = "timed, for a machine that does nothing else: cargo test --release -p bregma-tests --test studio -- --ignored gpu_is_timed --nocapture"]
+fn the_gpu_is_timed_beside_the_processor() {
+    // Fails if the GPU has no picture. Prints wall time a sample of both, the least of three; a pass is compiled before.
+    let (volumes, mut scene) = demo(256, 1);
+    let (size, samples) = ([512, 512], 8);
+    let (mut cpu, mut gpu) = (CpuRenderer::default(), gpu());
+    println!("{} against {}", gpu.name(), cpu.name());
+    for preset in Preset::ALL {
+        scene.studio = Some(preset.studio());
+        let [a, b] = [&mut cpu as &mut dyn Renderer, &mut gpu].map(|renderer| {
+            light_by(renderer, &volumes, &scene, size, 1);
+            let least = (0..3).map(|_| light_by(renderer, &volumes, &scene, size, samples).1).fold(f64::INFINITY, f64::min);
+            1e6 * least / f64::from(size[0] * size[1] * samples)
+        });
+        println!("{}: CPU {a:.2} µs, GPU {b:.2} µs a sample, {:.2} times", preset.name(), b / a);
+        assert!(b.is_finite());
+    }
+}
+
 fn folder(name: &str) -> PathBuf {
     let folder = std::env::temp_dir().join(format!("bregma-studio-{}-{name}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
@@ -418,6 +552,21 @@ fn what_has_no_studio_light_says_so() {
     let lit = "render a.nrrd b.nrrd --mode overlay --studio good.json --lamp -30,40,0.3 --size 16x16 --samples 4 --denoise --out yes.png";
     let (is_done, text) = told(bregma(&folder, lit));
     assert!(is_done && text.contains("studio light on the measured surface: 4 samples, noise"), "{text}");
+    // By the GPU it is the same light, and the file names what drew it.
+    for (backend, out) in [("cpu", "by-cpu.png"), ("gpu", "by-gpu.png")] {
+        let line = format!("render a.nrrd --backend {backend} --studio journal --size 24x24 --samples 4 --out {out}");
+        let (is_done, text) = told(bregma(&folder, &line));
+        assert!(is_done && text.contains("4 samples"), "{text}");
+    }
+    let pixels = |out: &str| -> Vec<u8> {
+        let mut reader = png::Decoder::new(BufReader::new(std::fs::File::open(folder.join(out)).unwrap())).read_info().unwrap();
+        let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut bytes).unwrap();
+        bytes
+    };
+    let off: f64 = pixels("by-cpu.png").iter().zip(pixels("by-gpu.png")).map(|(a, b)| f64::from(a.abs_diff(b))).sum();
+    assert!(off / (24.0 * 24.0 * 4.0) < 0.5, "pictures differ by {off} in all");
+    assert!(bregma_session::print::record::of(&folder.join("by-gpu.png")).unwrap().contains(&gpu().name()));
     // The file says that it was denoised.
     let record = bregma_session::print::record::of(&folder.join("yes.png")).unwrap();
     assert!(record.contains("\"denoise\":true") && record.contains("\"lamps\":[{"), "the file does not say how it was made: {record}");

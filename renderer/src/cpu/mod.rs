@@ -43,6 +43,7 @@ use crate::picture::Picture;
 use crate::roots::{Method, Solver};
 use crate::scene::{Integrator, Scene};
 use crate::skip::{BLOCK, MapCache};
+use crate::studio::{Tracer, TracerCache};
 use crate::tone::colored;
 use crate::{Backend, InstructionSet, RenderError, Renderer, Split};
 use bregma_field::Volume;
@@ -73,6 +74,7 @@ use volume::{Field, line_of, world_line_of};
 #[derive(Debug)]
 pub struct CpuRenderer {
     maps: MapCache,
+    studio: TracerCache,
     spare: Option<Picture>,
     level: Level,
 }
@@ -86,7 +88,7 @@ impl Default for CpuRenderer {
 impl CpuRenderer {
     /// A renderer that uses a set of vector instructions, one of [`CpuRenderer::instruction_sets`].
     pub fn with_instructions(level: InstructionSet) -> Self {
-        Self { maps: MapCache::new(level), spare: None, level }
+        Self { maps: MapCache::new(level), studio: TracerCache::with_instructions(level), spare: None, level }
     }
 
     /// The sets of vector instructions that this machine has, the best one first.
@@ -125,12 +127,16 @@ impl Renderer for CpuRenderer {
         draw(self.level, &frame, scene, [width, height], self.spare.take())
     }
 
+    fn tracer(&mut self, volumes: &[Arc<Volume>], scene: &Scene, size: [u32; 2], seed: u32) -> Result<Tracer, RenderError> {
+        Tracer::reusing(&mut self.studio, volumes, scene, size, seed)
+    }
+
     fn reuse(&mut self, picture: Picture) {
         self.spare = Some(picture);
     }
 
     fn bytes(&self) -> usize {
-        self.maps.bytes()
+        self.maps.bytes() + self.studio.bytes()
     }
 
     fn split(&mut self, volumes: &[Arc<Volume>], scene: &Scene, width: u32, height: u32) -> Result<Split, RenderError> {

@@ -28,10 +28,15 @@ bindings! {
     13 SOLVED: "What is found in them.";
     14 SEGMENT_CELLS: "Their corners as a texture.";
     15 SOLIDS: "The solids that volumes are cut by.";
+    16 STAGE_PARAMS: "`StageParams` of paths.";
+    17 PATHS: "Paths on their way.";
+    18 SUMS: "What samples have found.";
+    19 UNDER_WAY: "The pixels that have yet to go on.";
+    20 STILL_UNDER_WAY: "Those of the next dispatch.";
 }
 
 /// Behind all others: three for each volume.
-const FIRST_TEXTURE: u32 = 16;
+const FIRST_TEXTURE: u32 = 21;
 
 /// Of the samples, the map of bricks and the masks of cells of volume `n`.
 pub fn textures(n: usize) -> [u32; 3] {

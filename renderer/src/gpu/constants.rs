@@ -2,6 +2,7 @@
 
 use super::blocks::BLOCK_PIXELS;
 use super::layout::{MASKS_ACROSS, NO_SOLID, SOLID_BOTH, UNFINISHED};
+use super::{paths, stage};
 use crate::appearance::FACE_COLORS;
 use crate::color::{self, srgb};
 use crate::cpu::{brick, dvr, dvr_exact, dvr_steps, faces, gauss, let_through, project, segments, slice as plane, within};
@@ -10,7 +11,9 @@ use crate::scene::CutFace;
 use crate::skip::WORDS;
 use crate::slice;
 use crate::stability::DECIDED_VOXEL;
+use crate::studio::{MOST_LAMPS, batch, bsdf, lamps, path, sampling};
 use bregma_field::{BRICK, solid};
+use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, PI};
 
 macro_rules! constants {
     ($($name:ident = $value:expr;)*) => {
@@ -73,6 +76,31 @@ constants! {
     DIVERGING_LOW = color::DIVERGING[0];
     DIVERGING_MIDDLE = color::DIVERGING[1];
     DIVERGING_HIGH = color::DIVERGING[2];
+    MIX = sampling::MIX;
+    OWEN = sampling::OWEN;
+    APART = sampling::APART;
+    PI = PI;
+    FRAC_1_PI = FRAC_1_PI;
+    FRAC_PI_4 = FRAC_PI_4;
+    GRAZING = lamps::GRAZING;
+    MOST_LAMPS = MOST_LAMPS as u32;
+    NO_GROUND = stage::NO_GROUND;
+    SWEEP = stage::SWEEP;
+    CATCHER = stage::CATCHER;
+    ETA = bsdf::ETA;
+    ALPHA = bsdf::ALPHA;
+    COAT_ALBEDOS = bsdf::ALBEDOS as u32;
+    LEAST_COSINE = bsdf::LEAST_COSINE;
+    LEAST_HALF = bsdf::LEAST_HALF;
+    SURE_BOUNCES = path::SURE_BOUNCES;
+    CHANNELS = batch::CHANNELS as u32;
+    COVERAGE = batch::COVERAGE as u32;
+    LIT = batch::LIT as u32;
+    UNLIT = batch::UNLIT as u32;
+    CAUGHT = batch::CAUGHT as u32;
+    HALF_OF_BLOCK = paths::HALF_OF_BLOCK as u32;
+    GUIDES_OF_BLOCK = paths::GUIDES_OF_BLOCK as u32;
+    SUMS_OF_BLOCK = paths::SUMS_OF_BLOCK as u32;
     SRGB_SLOPE = srgb::SLOPE;
     SRGB_OFFSET = srgb::OFFSET;
     SRGB_SCALE = srgb::SCALE;
@@ -124,6 +152,7 @@ macro_rules! lists {
 lists! {
     [f32; 3], "vec3<f32>";
     [f32; 4], "vec4<f32>";
+    [u32; 2], "vec2<u32>";
     [u32; 3], "vec3<u32>";
     [f32; 10], "array<f32, 10>";
     [[f32; 4]; 4], "array<vec4<f32>, 4>";

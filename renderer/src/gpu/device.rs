@@ -83,7 +83,7 @@ pub enum GpuError {
 }
 
 /// A device and what went wrong with it.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Gpu {
     pub device: wgpu::Device,
     pub queue: wgpu::Queue,

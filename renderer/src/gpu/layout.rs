@@ -2,7 +2,7 @@
 
 use crate::camera::PixelAffine;
 use bytemuck::{Pod, Zeroable};
-use glam::{DVec3, Mat3, Vec3};
+use glam::{DAffine3, DVec3, Mat3, Vec3};
 
 /// What a ray says that a driver has ended, see `shaders/march.wgsl`.
 pub(super) const UNFINISHED: u32 = 2;
@@ -43,6 +43,23 @@ impl Pair {
     }
 }
 
+/// `Affine` of `shaders/line.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(super) struct AffinePairs {
+    pub x: Pair,
+    pub y: Pair,
+    pub z: Pair,
+    pub at: Pair,
+}
+
+impl AffinePairs {
+    pub fn new(map: &DAffine3) -> Self {
+        let [x, y, z] = [map.matrix3.x_axis, map.matrix3.y_axis, map.matrix3.z_axis].map(Pair::new);
+        Self { x, y, z, at: Pair::new(map.translation) }
+    }
+}
+
 /// `Part` of `shaders/volume.wgsl`: some of the records that volumes have any number of.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
@@ -71,6 +88,8 @@ pub(super) struct TraceParams {
     // Placement.
     pub origin: PixelAffinePairs,
     pub direction: PixelAffinePairs,
+    pub to_index: AffinePairs,
+    pub to_world: AffinePairs,
     pub dims: [i32; 3],
     pub level: f32,
     pub to_light: Pair,
@@ -176,7 +195,9 @@ pub(super) fn padded_matrix(m: Mat3) -> [[f32; 4]; 3] {
 
 #[cfg(test)]
 mod tests {
+    use super::super::paths::{PATH_BYTES, SumsRecord};
     use super::super::shader::{Component, Reads, link};
+    use super::super::stage::{DiscRecord, StageParams, StageRecord};
     use super::*;
     use std::mem::offset_of;
 
@@ -221,6 +242,8 @@ mod tests {
                 id,
                 origin,
                 direction,
+                to_index,
+                to_world,
                 dims,
                 level,
                 to_light,
@@ -248,6 +271,7 @@ mod tests {
             ]
         );
         same_layout!(&trace, "Double", Pair, [hi, lo]);
+        same_layout!(&trace, "Affine", AffinePairs, [x, y, z, at]);
         same_layout!(&trace, "Part", Part, [first, count]);
         same_layout!(&trace, "Block", Block, [pixel, span]);
         same_layout!(
@@ -280,6 +304,36 @@ mod tests {
             ]
         );
         same_layout!(&shade, "ShadeLayer", ShadeLayer, [color, id]);
+        let path = link("path", &[], &reads);
+        same_layout!(&path, "Disc", DiscRecord, [centre, radius, normal, u, v, radiance]);
+        same_layout!(
+            &path,
+            "Stage",
+            StageRecord,
+            [
+                origin,
+                direction,
+                middle,
+                size,
+                seed,
+                bounces,
+                up,
+                start_mm,
+                sky_middle,
+                gloss,
+                sky_half,
+                coat_mean,
+                behind,
+                height,
+                ground_color,
+                corner,
+                radius,
+                reach_mm
+            ]
+        );
+        same_layout!(&path, "StageParams", StageParams, [stage, lamps, albedo]);
+        same_layout!(&path, "BlockSums", SumsRecord, [sums, pixel, first, count]);
+        assert_eq!(members(&path, "Path").1, PATH_BYTES);
     }
 
     #[test]

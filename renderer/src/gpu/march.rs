@@ -167,14 +167,17 @@ impl GpuRenderer {
         ))
     }
 
-    /// Compiles the pass through volumes that are read so, if it is not yet; its number.
-    fn march_pass(&mut self, reads: Vec<Reads>, integrate: Integrate) -> Result<usize, GpuError> {
+    /// Whether a pass can see so many volumes at once.
+    pub(super) fn check_volumes(&self, count: usize) -> Result<(), GpuError> {
         // For each volume a texture of samples, and two of numbers.
         let limits = self.gpu.device.limits();
         let most = limits.max_sampled_textures_per_shader_stage.min(limits.max_storage_textures_per_shader_stage / 2) as usize;
-        if reads.len() > most {
-            return Err(GpuError::TooManyVolumes { count: reads.len(), most });
-        }
+        if count > most { Err(GpuError::TooManyVolumes { count, most }) } else { Ok(()) }
+    }
+
+    /// Compiles the pass through volumes that are read so, if it is not yet; its number.
+    fn march_pass(&mut self, reads: Vec<Reads>, integrate: Integrate) -> Result<usize, GpuError> {
+        self.check_volumes(reads.len())?;
         let known = self.pipelines.march.iter().position(|m| m.reads == reads && m.integrate == integrate);
         Ok(known.unwrap_or_else(|| {
             self.pipelines.march.push(March::new(&self.gpu, reads, integrate));

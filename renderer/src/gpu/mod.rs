@@ -8,18 +8,21 @@ mod constants;
 mod device;
 mod layout;
 mod march;
+mod paths;
 mod pipelines;
 mod plan;
 mod segments;
 mod shader;
 mod solids;
 mod split;
+mod stage;
 mod stamps;
 mod upload;
 
 use device::Gpu;
 pub use device::GpuError;
 use march::Integrate;
+pub(crate) use paths::PathsOnGpu;
 use pipelines::{Pipelines, Target};
 use shader::{Reads, link};
 use solids::Solids;
@@ -30,6 +33,7 @@ use crate::picture::Picture;
 use crate::roots::{Method, Solver, Steps};
 use crate::scene::Scene;
 use crate::skip::{CellMasks, DistanceMap, MapCache};
+use crate::studio::{Tracer, TracerCache};
 use crate::tone::colored;
 use crate::{Backend, InstructionSet, RenderError, Renderer, Split};
 use bregma_field::Volume;
@@ -121,6 +125,7 @@ pub struct GpuRenderer {
     gpu: Gpu,
     pipelines: Pipelines,
     maps: MapCache,
+    studio: TracerCache,
     volumes: Vec<(Weak<Volume>, wgpu::Texture)>,
     /// As float32, for the solver `filter`.
     filtered: Vec<(Weak<Volume>, wgpu::Texture)>,
@@ -146,6 +151,7 @@ impl GpuRenderer {
             gpu,
             pipelines,
             maps: MapCache::new(InstructionSet::new()),
+            studio: TracerCache::default(),
             volumes,
             filtered,
             map_textures,
@@ -223,8 +229,12 @@ impl Renderer for GpuRenderer {
         Ok(self.draw(&frame, scene, width, height)?)
     }
 
+    fn tracer(&mut self, volumes: &[Arc<Volume>], scene: &Scene, size: [u32; 2], seed: u32) -> Result<Tracer, RenderError> {
+        Tracer::reusing(&mut self.studio, volumes, scene, size, seed)?.on_gpu(self)
+    }
+
     fn bytes(&self) -> usize {
-        self.maps.bytes()
+        self.maps.bytes() + self.studio.bytes()
     }
 
     fn split(&mut self, volumes: &[Arc<Volume>], scene: &Scene, width: u32, height: u32) -> Result<Split, RenderError> {
@@ -294,6 +304,9 @@ mod tests {
             for volumes in [&all_reads[..1], &all_reads[2..], &all_reads] {
                 check(&march::shader(volumes, gather).0, &format!("{gather:?} of {}", volumes.len()));
             }
+        }
+        for volumes in [&all_reads[..1], &all_reads[2..], &all_reads] {
+            check(&paths::shader(volumes), &format!("paths among {}", volumes.len()));
         }
         check(&link("shade", &[], &all_reads[..1]), "shade");
     }

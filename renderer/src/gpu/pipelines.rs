@@ -7,6 +7,7 @@ use super::buffers::{
 use super::device::{Gpu, GpuError};
 use super::layout::{Block, TraceParams};
 use super::march::March;
+use super::paths::Pass;
 use super::plan::Plan;
 use super::shader::{Reads, link};
 use super::stamps::Stamps;
@@ -43,6 +44,8 @@ pub(super) struct Pipelines {
     pub nearest: wgpu::Sampler,
     /// Passes through all volumes at once.
     pub march: Vec<March>,
+    /// Passes of paths of light.
+    pub paths: Vec<Pass>,
 }
 
 impl Pipelines {
@@ -55,7 +58,7 @@ impl Pipelines {
         let descriptor = wgpu::SamplerDescriptor { label: Some("filter"), mag_filter: linear, min_filter: linear, ..Default::default() };
         let filter = gpu.device.create_sampler(&descriptor);
         let nearest = gpu.device.create_sampler(&Default::default());
-        Self { trace: vec![], shade_layout, shade, filter, nearest, march: vec![] }
+        Self { trace: vec![], shade_layout, shade, filter, nearest, march: vec![], paths: vec![] }
     }
 
     /// Compiles the pass for `reads`, `method` and `parts`, if it is not yet; its number.

@@ -2,7 +2,9 @@
 
 use super::blocks::{self, BLOCK_PIXELS};
 use super::buffers::{HIT_BYTES, Pixel, filled_buffer};
-use super::layout::{Block, NO_SOLID, Pair, Part, PixelAffinePairs, ShadeLayer, ShadeParams, TraceParams, padded, padded_matrix};
+use super::layout::{
+    AffinePairs, Block, NO_SOLID, Pair, Part, PixelAffinePairs, ShadeLayer, ShadeParams, TraceParams, padded, padded_matrix,
+};
 use super::shader::{Component, Reads};
 use super::solids::Solids;
 use super::{BATCH, GpuError, GpuRenderer, upload};
@@ -13,7 +15,9 @@ use crate::roots::{Method, Solver};
 use crate::scene::{Normals, Scene};
 use crate::skip::BLOCK;
 use bregma_field::clip::Half;
+use bregma_field::{Region, Solid, Surface};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// The passes of a picture.
 #[derive(Debug)]
@@ -85,14 +89,21 @@ impl VolumeOnGpu {
 
 /// What volumes have any number of, one behind the other.
 #[derive(Default)]
-struct Extras(Vec<[f32; 4]>);
+pub(super) struct Extras(pub Vec<[f32; 4]>);
 
 impl Extras {
     /// Adds things of `size` records each.
-    fn add(&mut self, size: usize, records: impl Iterator<Item = [f32; 4]>) -> Part {
+    pub fn add(&mut self, size: usize, records: impl Iterator<Item = [f32; 4]>) -> Part {
         let first = self.0.len();
         self.0.extend(records);
         Part { first: first as u32, count: ((self.0.len() - first) / size) as u32 }
+    }
+
+    /// Adds the cuts of a volume.
+    pub fn add_cuts(&mut self, region: &Region) -> Part {
+        let planes = region.halves.iter().flat_map(|half| cut_records(half, -1.0));
+        let rounds = region.rounds.iter().flat_map(|round| round.across.iter().flat_map(|half| cut_records(half, round.radius_mm as f32)));
+        self.add(2, planes.chain(rounds))
     }
 }
 
@@ -118,7 +129,7 @@ impl GpuRenderer {
         let all = (width.div_ceil(BLOCK) * height.div_ceil(BLOCK)) as usize;
         let batch = all.next_multiple_of(ALIGNED_BLOCKS).min(most / ALIGNED_BLOCKS * ALIGNED_BLOCKS);
         let stride = (batch * BLOCK_PIXELS) as u32;
-        let solids = self.solids(&layers)?;
+        let solids = self.solids(layers.iter().map(|layer| layer.placement.surface.solid.clone()).collect())?;
         let (mut extras, mut trace) = (Extras::default(), vec![]);
         for (number, layer) in layers.iter().enumerate() {
             let solid = solids.map_or([NO_SOLID, 0, 0], |solids| solids.places[number]);
@@ -165,14 +176,19 @@ impl GpuRenderer {
     }
 
     /// Brings what volumes are cut by to the GPU; none where there is nothing.
-    fn solids(&mut self, layers: &[&FrameLayer]) -> Result<Option<&Solids>, GpuError> {
-        let of: Vec<_> = layers.iter().map(|layer| layer.placement.surface.solid.clone()).collect();
+    pub(super) fn solids(&mut self, of: Vec<Option<Arc<Solid>>>) -> Result<Option<&Solids>, GpuError> {
         if of.iter().all(Option::is_none) {
             self.solids = None;
         } else if !self.solids.as_ref().is_some_and(|known| known.are_of(&of)) {
             self.solids = Some(Solids::new(&self.gpu, of)?);
         }
         Ok(self.solids.as_ref())
+    }
+
+    /// Brings a surface's samples to the GPU, and says how they are read.
+    pub(super) fn samples_of(&mut self, surface: &Surface) -> Result<(wgpu::Texture, Reads), GpuError> {
+        let (component, in_layers) = (upload::kind_of(&surface.volume).1, upload::has_layers(&self.gpu, &surface.volume));
+        Ok((self.sample_texture(&surface.volume)?, Reads { component, in_layers, is_cut: surface.solid.is_some() }))
     }
 
     /// Brings a layer's volume, and where its surface can be, to the GPU.
@@ -182,10 +198,7 @@ impl GpuRenderer {
             Method::Solver(Solver::Filter) if has_solver => {
                 (self.filtered_texture(volume)?, Reads { component: Component::F32, in_layers: false, is_cut: false })
             }
-            _ => {
-                let (component, in_layers) = (upload::kind_of(volume).1, upload::has_layers(&self.gpu, volume));
-                (self.sample_texture(volume)?, Reads { component, in_layers, is_cut: layer.placement.surface.solid.is_some() })
-            }
+            _ => self.samples_of(&layer.placement.surface)?,
         };
         let map = self.map_texture(&layer.skip.map, &layer.skip.masks)?;
         let masks = self.mask_texture(&layer.skip.masks)?;
@@ -205,9 +218,6 @@ fn trace_params(
     extras: &mut Extras,
 ) -> TraceParams {
     let FrameLayer { placement, skip, appearance } = layer;
-    let region = &placement.surface.region;
-    let planes = region.halves.iter().flat_map(|half| cut_records(half, -1.0));
-    let rounds = region.rounds.iter().flat_map(|round| round.across.iter().flat_map(|half| cut_records(half, round.radius_mm as f32)));
     let levels = appearance.levels.iter().zip(&appearance.paints).flat_map(|(&level, paint)| [[level, 0.0, 0.0, 0.0], paint.to_array()]);
     let gradients = appearance.gradient_factors.iter().map(|&[magnitude, factor]| [magnitude, factor, 0.0, 0.0]);
     TraceParams {
@@ -225,6 +235,8 @@ fn trace_params(
         id: placement.index as u32 + 1,
         origin: PixelAffinePairs::new(&placement.rays.origin),
         direction: PixelAffinePairs::new(&placement.rays.direction),
+        to_index: AffinePairs::new(&placement.surface.grid.world_to_index()),
+        to_world: AffinePairs::new(&placement.surface.grid.index_to_world()),
         dims: placement.surface.grid.dims().map(|n| n as i32),
         level: placement.level,
         to_light: Pair::new(placement.to_light),
@@ -235,7 +247,7 @@ fn trace_params(
         to_light_spans: padded_matrix(skip.light_spans.from_index.matrix3.as_mat3()),
         light_spans_origin: padded(skip.light_spans.from_index.translation.as_vec3()),
         light_blocks: skip.light_spans.size,
-        cuts: extras.add(2, planes.chain(rounds)),
+        cuts: extras.add_cuts(&placement.surface.region),
         levels: extras.add(2, levels),
         table: extras.add(1, appearance.steps.entries.iter().map(|entry| entry.to_array())),
         gradients: extras.add(1, gradients),

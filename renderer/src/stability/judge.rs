@@ -131,6 +131,7 @@ mod tests {
     use super::*;
     use crate::picture::Picture;
     use crate::scene::Scene;
+    use crate::studio::Tracer;
     use crate::{Backend, Renderer, Split};
     use bregma_field::Volume;
     use std::sync::Arc;
@@ -152,6 +153,10 @@ mod tests {
         }
 
         fn sample(&mut self, _: &[Arc<Volume>], scene: &Scene, _: [u32; 2], _: u32) -> Result<Picture, RenderError> {
+            Err(RenderError::NeedsGpu(scene.solver))
+        }
+
+        fn tracer(&mut self, _: &[Arc<Volume>], scene: &Scene, _: [u32; 2], _: u32) -> Result<Tracer, RenderError> {
             Err(RenderError::NeedsGpu(scene.solver))
         }
 

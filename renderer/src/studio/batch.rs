@@ -13,10 +13,10 @@ pub(crate) const CHANNELS: usize = 7;
 pub(crate) const GUIDES: usize = 7;
 
 /// Where in [`CHANNELS`].
-pub(super) const COVERAGE: usize = 3;
-pub(super) const LIT: usize = 4;
-pub(super) const UNLIT: usize = 5;
-pub(super) const CAUGHT: usize = 6;
+pub(crate) const COVERAGE: usize = 3;
+pub(crate) const LIT: usize = 4;
+pub(crate) const UNLIT: usize = 5;
+pub(crate) const CAUGHT: usize = 6;
 
 /// Rays that go on, in order.
 pub(super) struct Paths {

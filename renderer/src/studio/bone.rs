@@ -1,4 +1,6 @@
 //! The surfaces that paths meet: those of the picture, found by its own walk, with its own normals.
+//!
+//! The twin of `shaders/bone.wgsl`.
 
 use super::settings::StudioError;
 use crate::RenderError;
@@ -25,25 +27,25 @@ const START_VOXEL: f64 = 1e-3;
 
 /// One visible layer.
 #[derive(Debug)]
-struct Piece {
-    surface: Surface,
-    map: Arc<DistanceMap>,
-    masks: Arc<CellMasks>,
-    to_index: DAffine3,
-    to_world: DAffine3,
-    normal_to_world: Mat3,
+pub(crate) struct Piece {
+    pub surface: Surface,
+    pub map: Arc<DistanceMap>,
+    pub masks: Arc<CellMasks>,
+    pub to_index: DAffine3,
+    pub to_world: DAffine3,
+    pub normal_to_world: Mat3,
     /// Linear.
-    color: Vec3,
+    pub color: Vec3,
     /// How far behind the face of its solid normals are blended, in the solid's units.
-    rim_units: f32,
+    pub rim_units: f32,
 }
 
 /// All visible surfaces of a scene, opaque.
 #[derive(Debug)]
 pub(crate) struct Bone {
-    pieces: Vec<Piece>,
+    pub pieces: Vec<Piece>,
     method: Method,
-    normals: Normals,
+    pub normals: Normals,
     /// Middle and radius of a sphere around all cells that can hold a surface.
     pub middle_mm: DVec3,
     pub radius_mm: f64,
@@ -120,7 +122,7 @@ impl Bone {
 
     /// The first surfaces along rays, of those of `asked`, nearer than `far`.
     #[inline(always)]
-    pub fn first<S: Simd>(&self, simd: S, rays: &Rays<S>, far: Floats<S>, asked: Mask<S>) -> Seen<S> {
+    pub(super) fn first<S: Simd>(&self, simd: S, rays: &Rays<S>, far: Floats<S>, asked: Mask<S>) -> Seen<S> {
         let zero = Floats::splat(simd, 0.0);
         let mut seen =
             Seen { found: Mask::splat(simd, false), far, at: rays.origin, geometric: [zero; 3], shading: [zero; 3], color: [zero; 3] };
@@ -140,7 +142,7 @@ impl Bone {
 
     /// Which rays of `asked` meet a surface nearer than `far`.
     #[inline(always)]
-    pub fn is_between<S: Simd>(&self, simd: S, rays: &Rays<S>, far: Floats<S>, asked: Mask<S>) -> Mask<S> {
+    pub(super) fn is_between<S: Simd>(&self, simd: S, rays: &Rays<S>, far: Floats<S>, asked: Mask<S>) -> Mask<S> {
         let zero = Floats::splat(simd, 0.0);
         let mut dark = Mask::splat(simd, false);
         for piece in &self.pieces {

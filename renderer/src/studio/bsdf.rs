@@ -2,6 +2,8 @@
 //!
 //! The coat is a rough dielectric (Walter et al. 2007, GGX). What it reflects is taken from what is below by the coupling of Kelemen and
 //! Szirmay-Kalos (2001): `diffuse = albedo/π · (1 − E(out)) · (1 − E(in)) / (1 − mean E)`, E the coat's albedo, so that white stays white.
+//!
+//! The twin of `shaders/bsdf.wgsl`.
 
 use super::sampling::{above_disc, combined, frame, normalized};
 use crate::lanes::{Floats, LANES, Mask, Vecs, axes, dot};
@@ -10,11 +12,17 @@ use fearless_simd::prelude::*;
 use std::f32::consts::FRAC_1_PI;
 
 /// Refractive index of the coat, that of resins and of bone's own collagen.
-const ETA: f32 = 1.5;
+pub(crate) const ETA: f32 = 1.5;
 /// Its roughness (GGX's alpha): a sheen without mirror images.
-const ALPHA: f32 = 0.5;
+pub(crate) const ALPHA: f32 = 0.5;
 /// Entries of the table of its albedo.
 const ENTRIES: usize = 32;
+/// And as many numbers as these are between.
+pub(crate) const ALBEDOS: usize = ENTRIES + 1;
+/// Cosines of the way out are no smaller: smooth normals may turn away from the viewer.
+pub(crate) const LEAST_COSINE: f32 = 1e-4;
+/// Nor are those that something is divided by, of half vectors and of the way in: far below any that matters.
+pub(crate) const LEAST_HALF: f32 = 1e-6;
 
 /// Share that a dielectric mirrors at a cosine (Fresnel).
 #[inline(always)]
@@ -44,8 +52,8 @@ fn visible<S: Simd>(out: Floats<S>, into: Floats<S>) -> Floats<S> {
 #[derive(Clone, Debug)]
 pub(crate) struct Coat {
     pub gloss: f32,
-    albedo: [f32; ENTRIES + 1],
-    mean: f32,
+    pub albedo: [f32; ALBEDOS],
+    pub mean: f32,
 }
 
 /// Surfaces at points.
@@ -69,7 +77,7 @@ pub(super) struct Answer<S: Simd> {
 impl Coat {
     /// Of a gloss from 0 to 1. The albedo is summed up over half vectors in float64, the same on all machines but for the last place.
     pub fn of(gloss: f32) -> Self {
-        let mut albedo = [0.0; ENTRIES + 1];
+        let mut albedo = [0.0; ALBEDOS];
         for (n, entry) in albedo.iter_mut().enumerate() {
             *entry = albedo_at((n as f64 / ENTRIES as f64).max(1e-3)) as f32;
         }
@@ -95,7 +103,7 @@ impl Coat {
 
     /// The answer of surfaces to light from `into`; none from behind.
     #[inline(always)]
-    pub fn answer<S: Simd>(&self, surface: &Face<S>, into: &Vecs<S>) -> Answer<S> {
+    pub(super) fn answer<S: Simd>(&self, surface: &Face<S>, into: &Vecs<S>) -> Answer<S> {
         let Face { albedo, normal, out, gloss } = surface;
         let gloss = *gloss;
         let zero = Floats::splat(normal[0].token(), 0.0);
@@ -104,12 +112,12 @@ impl Coat {
             let share = cosine * FRAC_1_PI;
             return Answer { light: axes!(a => albedo[a] * share), density: share };
         }
-        let out_cosine = dot(normal, out).max(1e-4);
+        let out_cosine = dot(normal, out).max(LEAST_COSINE);
         let kept = self.at(gloss, out_cosine);
         let half = normalized(&axes!(a => out[a] + into[a]));
-        let (n_h, o_h) = (dot(normal, &half).max(zero), dot(out, &half).max(1e-6));
+        let (n_h, o_h) = (dot(normal, &half).max(zero), dot(out, &half).max(LEAST_HALF));
         let d = density(n_h * n_h);
-        let mirrored = cosine.simd_gt(zero).select(gloss * fresnel(o_h) * d * visible(out_cosine, cosine.max(1e-6)) * cosine, zero);
+        let mirrored = cosine.simd_gt(zero).select(gloss * fresnel(o_h) * d * visible(out_cosine, cosine.max(LEAST_HALF)) * cosine, zero);
         let below = (1.0 - kept) * (1.0 - self.at(gloss, cosine)) / (1.0 - gloss * self.mean) * cosine * FRAC_1_PI;
         let density = kept * d * n_h / (4.0 * o_h) + (1.0 - kept) * cosine * FRAC_1_PI;
         Answer { light: axes!(a => albedo[a] * below + mirrored), density: cosine.simd_gt(zero).select(density, zero) }
@@ -117,7 +125,7 @@ impl Coat {
 
     /// A direction to follow, of a point on the disc and a number that chooses between coat and what is below.
     #[inline(always)]
-    pub fn sample<S: Simd>(&self, surface: &Face<S>, [x, y]: [Floats<S>; 2], choice: Floats<S>) -> Vecs<S> {
+    pub(super) fn sample<S: Simd>(&self, surface: &Face<S>, [x, y]: [Floats<S>; 2], choice: Floats<S>) -> Vecs<S> {
         let Face { normal, out, gloss, .. } = surface;
         let across = frame(normal);
         let below = combined(&across, normal, [x, y, above_disc([x, y])]);
@@ -130,7 +138,7 @@ impl Coat {
         let scale = r_squared.simd_gt(0.0).select(((1.0 - n_h * n_h).max(0.0) / r_squared).sqrt(), Floats::splat(x.token(), 0.0));
         let half = combined(&across, normal, [x * scale, y * scale, n_h]);
         let o_h = dot(out, &half);
-        let coat: Mask<S> = choice.simd_lt(self.at(*gloss, dot(normal, out).max(1e-4)));
+        let coat: Mask<S> = choice.simd_lt(self.at(*gloss, dot(normal, out).max(LEAST_COSINE)));
         axes!(a => coat.select(2.0 * o_h * half[a] - out[a], below[a]))
     }
 }

@@ -8,7 +8,10 @@
 //!     floor, height 0   corner ──► behind
 //! ```
 //! All that is in front of it is convex: it keeps no light from itself, and rays from there meet it once.
+//!
+//! The twin of `shaders/ground.wgsl`.
 
+use super::lamps::GRAZING;
 use super::settings::{Ground, light_of};
 use crate::lanes::{Floats, Mask, Vecs, axes, dot};
 use fearless_simd::Simd;
@@ -18,13 +21,13 @@ use glam::{DVec3, Vec3};
 /// The ground in its place. Points are relative to the bone's middle, mm.
 #[derive(Clone, Debug)]
 pub(crate) struct Floor {
-    up: Vec3,
-    behind: Vec3,
+    pub up: Vec3,
+    pub behind: Vec3,
     /// Of the floor, along `up`.
-    height: f32,
+    pub height: f32,
     /// Where the floor begins to rise, along `behind`, and how it is rounded; far away where there is no wall.
-    corner: f32,
-    radius: f32,
+    pub corner: f32,
+    pub radius: f32,
     /// Linear.
     pub color: Vec3,
     pub is_catcher: bool,
@@ -87,20 +90,20 @@ impl Floor {
 
     /// Where rays from points leave what lies before it.
     #[inline(always)]
-    pub fn hit<S: Simd>(&self, simd: S, p: &Vecs<S>, direction: &Vecs<S>) -> Met<S> {
+    pub(super) fn hit<S: Simd>(&self, simd: S, p: &Vecs<S>, direction: &Vecs<S>) -> Met<S> {
         let ([h, b], zero) = (self.place(simd, p), Floats::splat(simd, 0.0));
         let [rise, deepen] = [dot(direction, &Self::splat(simd, self.up)), dot(direction, &Self::splat(simd, self.behind))];
-        let floor_far = -h / rise.min(-1e-12);
-        let on_floor = rise.simd_lt(-1e-12) & floor_far.simd_gt(0.0) & (b + floor_far * deepen).simd_le(0.0);
-        let wall_far = (self.radius - b) / deepen.max(1e-12);
-        let on_wall = deepen.simd_gt(1e-12) & wall_far.simd_gt(0.0) & (h + wall_far * rise).simd_ge(self.radius);
+        let floor_far = -h / rise.min(-GRAZING);
+        let on_floor = rise.simd_lt(-GRAZING) & floor_far.simd_gt(0.0) & (b + floor_far * deepen).simd_le(0.0);
+        let wall_far = (self.radius - b) / deepen.max(GRAZING);
+        let on_wall = deepen.simd_gt(GRAZING) & wall_far.simd_gt(0.0) & (h + wall_far * rise).simd_ge(self.radius);
         // The rounded corner: from within a cylinder the later of its two crossings.
         let low = h - self.radius;
         let (square, half) = (rise * rise + deepen * deepen, low * rise + b * deepen);
         let discriminant = half * half - square * (low * low + b * b - self.radius * self.radius);
-        let round_far = (discriminant.max(0.0).sqrt() - half) / square.max(1e-12);
+        let round_far = (discriminant.max(0.0).sqrt() - half) / square.max(GRAZING);
         let is_round = discriminant.simd_gt(0.0)
-            & square.simd_gt(1e-12)
+            & square.simd_gt(GRAZING)
             & round_far.simd_gt(0.0)
             & (b + round_far * deepen).simd_gt(0.0)
             & (low + round_far * rise).simd_lt(0.0);

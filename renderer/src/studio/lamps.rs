@@ -1,4 +1,6 @@
 //! Where light comes from: discs, and the sky.
+//!
+//! The twin of `shaders/lamps.wgsl`.
 
 use super::sampling::{combined, disc, frame_of};
 use super::settings::{Lamp, Sky, light_of};
@@ -10,14 +12,17 @@ use glam::{DVec3, Vec3};
 /// A lamp in its place. Points are relative to the bone's middle.
 #[derive(Clone, Debug)]
 pub(crate) struct Disc {
-    centre: Vec3,
+    pub centre: Vec3,
     /// From the lamp to the bone, unit.
-    normal: Vec3,
-    across: [Vec3; 2],
-    radius: f32,
+    pub normal: Vec3,
+    pub across: [Vec3; 2],
+    pub radius: f32,
     /// Linear.
-    radiance: Vec3,
+    pub radiance: Vec3,
 }
+
+/// Cosines below it are of rays that never come to a plane: their way there would be longer than float32 tells from others.
+pub(crate) const GRAZING: f32 = 1e-12;
 
 /// What comes from a lamp to points: along which directions, from how far, how much, and how densely these directions are sampled.
 pub(super) struct FromLamp<S: Simd> {
@@ -45,10 +50,6 @@ impl Disc {
         }
     }
 
-    pub fn radiance(&self) -> Vec3 {
-        self.radiance
-    }
-
     /// How far its farthest point lies from the bone's middle.
     pub fn reach_mm(&self) -> f64 {
         f64::from(self.centre.length() + self.radius)
@@ -62,7 +63,7 @@ impl Disc {
 
     /// From points to one of its own.
     #[inline(always)]
-    pub fn sample<S: Simd>(&self, simd: S, p: &Vecs<S>, numbers: [Floats<S>; 2]) -> FromLamp<S> {
+    pub(super) fn sample<S: Simd>(&self, simd: S, p: &Vecs<S>, numbers: [Floats<S>; 2]) -> FromLamp<S> {
         let splat = |v: Vec3| axes!(a => Floats::splat(simd, v[a]));
         let [x, y] = disc(numbers);
         let centre = splat(self.centre);
@@ -72,7 +73,7 @@ impl Disc {
         let far = far_squared.sqrt();
         let toward = axes!(a => way[a] / far);
         let cosine = -dot(&toward, &splat(self.normal));
-        FromLamp { toward, far, density: self.density(far_squared, cosine.max(1e-12)), is_lit: cosine.simd_gt(0.0) }
+        FromLamp { toward, far, density: self.density(far_squared, cosine.max(GRAZING)), is_lit: cosine.simd_gt(0.0) }
     }
 
     /// Which rays from points meet its face nearer than `far`, where, and how densely that direction is sampled.
@@ -82,21 +83,21 @@ impl Disc {
         let (centre, normal) = (splat(self.centre), splat(self.normal));
         let from = axes!(a => p[a] - centre[a]);
         let cosine = -dot(direction, &normal);
-        let t = dot(&from, &normal) / cosine.max(1e-12);
+        let t = dot(&from, &normal) / cosine.max(GRAZING);
         let at = axes!(a => from[a] + t * direction[a]);
         let within = dot(&at, &at).simd_le(self.radius * self.radius);
-        let met = cosine.simd_gt(1e-12) & t.simd_gt(0.0) & t.simd_lt(far) & within;
-        (met, t, self.density(t * t, cosine.max(1e-12)))
+        let met = cosine.simd_gt(GRAZING) & t.simd_gt(0.0) & t.simd_lt(far) & within;
+        (met, t, self.density(t * t, cosine.max(GRAZING)))
     }
 }
 
 /// The sky in its place.
 #[derive(Clone, Debug)]
 pub(crate) struct Dome {
-    up: Vec3,
+    pub up: Vec3,
     /// Half the sum and half the difference of its ends' light.
-    middle: Vec3,
-    half: Vec3,
+    pub middle: Vec3,
+    pub half: Vec3,
 }
 
 impl Dome {

@@ -2,15 +2,15 @@
 //!
 //! A [`Studio`] of a [`Scene`](crate::Scene) says how it is lit, a [`Tracer`] draws samples of it, and [`Exposed`] adds them up and tells their noise.
 
-mod accumulate;
-mod batch;
-mod bone;
-mod bsdf;
+pub(crate) mod accumulate;
+pub(crate) mod batch;
+pub(crate) mod bone;
+pub(crate) mod bsdf;
 mod denoise;
-mod ground;
-mod lamps;
-mod path;
-mod sampling;
+pub(crate) mod ground;
+pub(crate) mod lamps;
+pub(crate) mod path;
+pub(crate) mod sampling;
 mod settings;
 #[cfg(test)]
 mod tests;
@@ -20,4 +20,4 @@ mod tracer;
 pub use accumulate::{Exposed, NotExposed};
 pub use bone::can_light;
 pub use settings::{Follows, Ground, Lamp, MOST_LAMPS, MOST_SMOOTH_VOXEL, Preset, Sky, Studio, StudioError, Tone};
-pub use tracer::{LEAST_SAMPLES, Tracer, TracerCache};
+pub use tracer::{LEAST_SAMPLES, NotDrawn, Tracer, TracerCache};

@@ -2,6 +2,8 @@
 //!
 //! At each vertex one ray goes to every lamp, and one along a direction of the surface's own, which stands for the sky, for light that comes over
 //! other surfaces and, weighed by the power heuristic (Veach 1997), for lamps. Nothing is cut off: from the fourth surface on chance ends paths.
+//!
+//! The twin of `shaders/path.wgsl`.
 
 use super::batch::{CAUGHT, COVERAGE, Found, LIT, Packet, Paths, Shadows};
 use super::bone::{Bone, NEVER, Rays};
@@ -21,7 +23,7 @@ pub(crate) const PIXELS: usize = (BLOCK * BLOCK) as usize;
 /// Samples of a block's pixels that are drawn at once: enough that packets stay full over many bounces, and few enough for a core's cache.
 pub(crate) const AT_ONCE: u32 = 16;
 /// Surfaces that every path comes over before chance may end it.
-const SURE_BOUNCES: u32 = 3;
+pub(crate) const SURE_BOUNCES: u32 = 3;
 
 /// How lamps are sampled: all but the first are for tests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -226,7 +228,7 @@ impl Stage {
                     #[cfg(test)]
                     Ways::Surfaces => Floats::splat(simd, 1.0),
                 };
-                let radiance = lamp.radiance();
+                let radiance = lamp.radiance;
                 let light = axes!(a => packet.throughput[a] * (share * radiance[a]));
                 found.add(&packet.slot, &light, met & !(catches & is_hit & at.simd_ge(far)));
                 found.add_unlit(&packet.slot, &light, met & catches);
@@ -272,7 +274,7 @@ impl Stage {
                 #[cfg(test)]
                 Ways::Surfaces => Floats::splat(simd, 0.0),
             };
-            let (radiance, share) = (lamp.radiance(), share / way.density);
+            let (radiance, share) = (lamp.radiance, share / way.density);
             let light = axes!(a => packet.throughput[a] * answer.light[a] * (share * radiance[a]));
             found.add_unlit(&packet.slot, &light, lit & *catches);
             shadows.push(&packet.slot, &Rays { origin, direction: way.toward }, way.far, &light, lit);

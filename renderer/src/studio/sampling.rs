@@ -2,7 +2,7 @@
 //!
 //! A pair of numbers is a point of Sobol's (0,2)-sequence, its index shuffled and each coordinate scrambled after Owen by the hash of Laine and
 //! Karras with the constants of Vegdahl (2021), as Burley (2020) pads them to any number of dimensions. All steps are of unsigned
-//! integers of 32 bits that wrap around, so that a GPU has the same bits:
+//! integers of 32 bits that wrap around, so that the twin, `shaders/sampling.wgsl`, has the same bits:
 //!
 //! ```text
 //! mix(x)       x ^= x >> 16;  x *= 0x7feb352d;  x ^= x >> 15;  x *= 0x846ca68b;  x ^= x >> 16
@@ -13,43 +13,49 @@
 //!              x = reverse(owen(r, b)) >> 8,  y = reverse(owen(p, c)) >> 8,  both · 2⁻²⁴
 //! ```
 
+use crate::cpu::dvr_steps::PCG;
 use crate::lanes::{Floats, Vecs, axes, dot};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, u32x16};
 use glam::Vec3;
 
-pub(super) type Words<S> = u32x16<S>;
+pub(crate) type Words<S> = u32x16<S>;
 
-/// What all words of a hash depend on alike (Wellons' lowbias32).
+/// The factors of `mix` (Wellons' lowbias32) and of `owen`, and what keys of two dimensions are apart by.
+pub(crate) const MIX: [u32; 2] = [0x7feb_352d, 0x846c_a68b];
+pub(crate) const OWEN: [u32; 3] = [0x3d20_adea, 0x0552_6c56, 0x53a2_2864];
+pub(crate) const APART: u32 = 0x9e37_79b9;
+
+/// What all words of a hash depend on alike.
 #[inline(always)]
 fn mix<S: Simd>(mut x: Words<S>) -> Words<S> {
     x ^= x >> 16;
-    x *= 0x7feb_352d;
+    x *= MIX[0];
     x ^= x >> 15;
-    x *= 0x846c_a68b;
+    x *= MIX[1];
     x ^ (x >> 16)
 }
 
 /// The same of one number.
 pub(super) fn mixed(mut x: u32) -> u32 {
-    x = (x ^ x >> 16).wrapping_mul(0x7feb_352d);
-    x = (x ^ x >> 15).wrapping_mul(0x846c_a68b);
+    x = (x ^ x >> 16).wrapping_mul(MIX[0]);
+    x = (x ^ x >> 15).wrapping_mul(MIX[1]);
     x ^ x >> 16
 }
 
 /// The key of a pixel's numbers in one of the two halves.
-pub(super) fn key(pixel: u32, seed: u32, half: u32) -> u32 {
+pub(crate) fn key(pixel: u32, seed: u32, half: u32) -> u32 {
     mixed(pixel ^ mixed(seed.wrapping_mul(2).wrapping_add(half)))
 }
 
 /// Each bit turned by a hash of those below it.
 #[inline(always)]
 fn owen<S: Simd>(mut x: Words<S>, seed: Words<S>) -> Words<S> {
-    x ^= x * 0x3d20_adea;
+    x ^= x * OWEN[0];
     x += seed;
     x *= (seed >> 16) | 1;
-    x ^= x * 0x0552_6c56;
-    x ^ (x * 0x53a2_2864)
+    x ^= x * OWEN[1];
+    x ^ (x * OWEN[2])
 }
 
 #[inline(always)]
@@ -79,10 +85,10 @@ fn unit<S: Simd>(x: Words<S>) -> Floats<S> {
 
 /// Pair number `dimension` of the samples number `index` of pixels with such keys.
 #[inline(always)]
-pub(super) fn pair<S: Simd>(key: Words<S>, index: Words<S>, dimension: u32) -> [Floats<S>; 2] {
-    let a = mix(key + 0x9e37_79b9_u32.wrapping_mul(dimension + 1));
-    let b = a * 747_796_405 + 2_891_336_453;
-    let c = b * 747_796_405 + 2_891_336_453;
+pub(crate) fn pair<S: Simd>(key: Words<S>, index: Words<S>, dimension: u32) -> [Floats<S>; 2] {
+    let a = mix(key + APART.wrapping_mul(dimension + 1));
+    let b = a * PCG[0] + PCG[1];
+    let c = b * PCG[0] + PCG[1];
     let r = reversed(owen(reversed(index), a));
     [unit(reversed(owen(r, b))), unit(reversed(owen(pascal(r), c)))]
 }

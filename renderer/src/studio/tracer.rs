@@ -1,4 +1,4 @@
-//! A scene under its studio's light, ready to be drawn on the CPU.
+//! A scene under its studio's light, ready to be drawn on the CPU or on the GPU.
 
 use super::accumulate::{BlockSums, Exposed};
 use super::bone::{Bone, NEVER, Rays};
@@ -9,21 +9,27 @@ use super::lamps::{Disc, Dome};
 use super::path::{AT_ONCE, PIXELS, Room, Stage, Ways};
 use super::settings::{Ground, Studio, StudioError};
 use super::tone::Toned;
+#[cfg(feature = "gpu")]
+use crate::gpu::{GpuRenderer, PathsOnGpu};
 use crate::lanes::{Doubles, Floats, LANES, Mask, axes};
 use crate::scene::Scene;
 use crate::skip::MapCache;
-use crate::{InstructionSet, RenderError};
+use crate::{Backend, InstructionSet, RenderError};
 use bregma_field::{Cancelled, Progress, Volume, smoothed};
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch};
 use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 use std::sync::Arc;
+use thiserror::Error;
 
 /// What is drawn, for as many samples as are asked for.
 #[derive(Debug)]
 pub struct Tracer {
     level: InstructionSet,
+    /// What draws instead of the CPU.
+    #[cfg(feature = "gpu")]
+    gpu: Option<PathsOnGpu>,
     pub(super) stage: Stage,
     toned: Toned,
     /// Linear; where the picture is clear what its noise is judged on.
@@ -39,6 +45,17 @@ pub struct TracerCache {
     smoothed: Vec<(Arc<Volume>, f64, Arc<Volume>)>,
 }
 
+/// Why samples are missing.
+#[derive(Debug, Error)]
+pub enum NotDrawn {
+    /// Stopped by request.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// What draws failed.
+    #[error(transparent)]
+    Failed(#[from] RenderError),
+}
+
 impl Default for TracerCache {
     fn default() -> Self {
         Self::with_instructions(InstructionSet::new())
@@ -49,6 +66,11 @@ impl TracerCache {
     /// With nothing known yet, for tracers by a set of vector instructions.
     pub fn with_instructions(level: InstructionSet) -> Self {
         Self { level, maps: MapCache::new(level), smoothed: vec![] }
+    }
+
+    /// Memory kept for surfaces, beside smoothed scans.
+    pub(crate) fn bytes(&self) -> usize {
+        self.maps.bytes()
     }
 
     /// The volumes as a studio shows them. Forgets what is not of these.
@@ -73,8 +95,8 @@ impl TracerCache {
 pub const LEAST_SAMPLES: u32 = 16;
 
 impl Tracer {
-    /// Of a scene that has a studio, in a picture of a size; other seeds have other noise. A picture is the same for a seed, to the bit, by any number
-    /// of threads and any set of vector instructions.
+    /// Of a scene that has a studio, in a picture of a size, on the CPU; other seeds have other noise. A picture is the same for a seed, to the bit, by any
+    /// number of threads and any set of vector instructions.
     pub fn new(volumes: &[Arc<Volume>], scene: &Scene, [width, height]: [u32; 2], seed: u32) -> Result<Self, RenderError> {
         Self::with_instructions(InstructionSet::new(), volumes, scene, [width, height], seed)
     }
@@ -112,7 +134,29 @@ impl Tracer {
         let stage = Self::stage(cache.level, bone, scene, &studio, size, seed);
         let toned = Toned { tone: studio.tone, exposure: studio.exposure_ev.exp2() };
         let background = scene.background.map_or(Vec3::ONE, |color| color.linear());
-        Ok(Self { level: cache.level, stage, toned, background })
+        Ok(Self {
+            level: cache.level,
+            #[cfg(feature = "gpu")]
+            gpu: None,
+            stage,
+            toned,
+            background,
+        })
+    }
+
+    /// The same, drawn on a GPU: by the same numbers, but that rounds as it likes, so that its pictures are like the CPU's and not the same.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn on_gpu(self, gpu: &mut GpuRenderer) -> Result<Self, RenderError> {
+        Ok(Self { gpu: PathsOnGpu::new(gpu, &self.stage)?, ..self })
+    }
+
+    /// What kind of machine draws.
+    pub fn backend(&self) -> Backend {
+        #[cfg(feature = "gpu")]
+        if self.gpu.is_some() {
+            return Backend::Gpu;
+        }
+        Backend::Cpu
     }
 
     fn stage(level: InstructionSet, bone: Bone, scene: &Scene, studio: &Studio, [width, height]: [u32; 2], seed: u32) -> Stage {
@@ -137,25 +181,40 @@ impl Tracer {
 
     /// Adds samples up to number `until` to each pixel; with a `noise` (255ths) only to those of blocks that have more of it.
     /// Stopped by request, blocks have what they had got: the same call goes on from there.
-    pub fn expose(&self, exposed: &mut Exposed, until: u32, noise: Option<f32>, progress: &Progress) -> Result<(), Cancelled> {
+    pub fn expose(&self, exposed: &mut Exposed, until: u32, noise: Option<f32>, progress: &Progress) -> Result<(), NotDrawn> {
         let size = exposed.size();
         let corners: Vec<[u32; 2]> = (0..exposed.blocks.len()).map(|n| exposed.corner(n)).collect();
-        let blocks = exposed.blocks.par_iter_mut().zip(&mut exposed.noise).zip(&corners);
-        blocks.for_each_init(
+        let is_due = |block: &BlockSums, told: f32| {
+            let rests = noise.is_some_and(|noise| told <= noise && block.samples >= LEAST_SAMPLES);
+            !rests && block.samples < until
+        };
+        let blocks = exposed.blocks.iter_mut().zip(&mut exposed.noise).zip(corners);
+        let due = blocks.filter(|((block, told), _)| is_due(block, **told));
+        let (mut blocks, mut told): (Vec<_>, Vec<_>) = due.map(|((block, told), corner)| ((corner, block), told)).unzip();
+        let drawn = self.draw(&mut blocks, until, progress);
+        blocks.par_iter().zip(&mut told).for_each(|((corner, block), told)| {
+            **told = Exposed::noise_of(size, *corner, block, &self.toned, self.background);
+        });
+        drawn
+    }
+
+    /// Draws samples up to number `until` of each pixel of blocks, which begin at these pixels.
+    fn draw(&self, blocks: &mut [([u32; 2], &mut BlockSums)], until: u32, progress: &Progress) -> Result<(), NotDrawn> {
+        #[cfg(feature = "gpu")]
+        if let Some(gpu) = &self.gpu {
+            return gpu.draw(self.stage.size, blocks, until, progress);
+        }
+        blocks.par_iter_mut().for_each_init(
             || Room::of(&self.stage),
-            |room, ((block, told), corner)| {
-                if noise.is_some_and(|noise| *told <= noise && block.samples >= LEAST_SAMPLES) || block.samples >= until {
-                    return;
-                }
+            |room, (corner, block)| {
                 while block.samples < until && progress.advance(0).is_ok() {
                     let count = (until - block.samples).min(AT_ONCE);
                     dispatch!(self.level, simd => self.stage.draw(simd, room, *corner, block.samples, count));
                     add(block, room, count);
                 }
-                *told = Exposed::noise_of(size, *corner, block, &self.toned, self.background);
             },
         );
-        progress.advance(0)
+        Ok(progress.advance(0)?)
     }
 
     /// The picture so far as linear light, premultiplied, with its opacity; rows from the top.

@@ -46,7 +46,7 @@ pub fn draw_watched(
     let mut marks = vec![];
     for (n, (panel, (at, size))) in panels.iter().zip(&layout.cells).enumerate() {
         let (light, middles) = match panel.opened.scene.studio {
-            Some(_) => exposed(panel, n, *size, print, progress, &mut watch)?,
+            Some(_) => exposed(panel, n, *size, (print, renderer), progress, &mut watch)?,
             None => still(panel, *size, print.samples, renderer, progress)?.into_light(),
         };
         marks.extend(over(panel, n, &middles, print, (tint, &layout))?);
@@ -67,12 +67,12 @@ pub fn draw_watched(
     Ok(canvas)
 }
 
-/// Picture number `n` under studio light, whatever renders it else.
+/// Picture number `n` under studio light.
 fn exposed(
     panel: &Panel,
     n: usize,
     size: [u32; 2],
-    print: &Print,
+    (print, renderer): (&Print, &mut dyn Renderer),
     progress: &Progress,
     watch: &mut Watch<'_>,
 ) -> Result<(Vec<Vec4>, Picture), PrintError> {
@@ -94,7 +94,7 @@ fn exposed(
         // Whoever cancels it cancels the next round, too.
         let _ = progress.advance(more);
     };
-    let drawn = studio::draw(&order, progress, told)?;
+    let drawn = studio::draw(&order, renderer, progress, told)?;
     (watch.drawn)(&drawn);
     progress.advance(u64::from(print.samples).saturating_sub(reached))?;
     Ok((studio::on_ground(drawn.light, opened.scene.background), drawn.middles))

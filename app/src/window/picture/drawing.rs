@@ -213,6 +213,7 @@ mod tests {
     use super::*;
     use bregma_field::Volume;
     use bregma_renderer::Split;
+    use bregma_renderer::studio::Tracer;
     use bregma_session::{Compare, Opened};
     use std::sync::Arc;
     use std::sync::atomic::{AtomicBool, Ordering};
@@ -229,6 +230,10 @@ mod tests {
                 return self.0.sample(volumes, scene, size, sample);
             }
             Err(GpuError::Failed { adapter: "card".into(), reason: "reset".into() }.into())
+        }
+
+        fn tracer(&mut self, volumes: &[Arc<Volume>], scene: &Scene, size: [u32; 2], seed: u32) -> Result<Tracer, RenderError> {
+            self.0.tracer(volumes, scene, size, seed)
         }
 
         fn backend(&self) -> Backend {

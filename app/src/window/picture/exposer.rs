@@ -1,11 +1,15 @@
-//! Studio light in the view: what rests is exposed on a thread of its own, better from round to round, until the next change stops it at once.
+//! Studio light in the view: what rests is exposed on a thread of its own, better from round to round, until the next change stops it at once. It has a
+//! renderer of its own, as the view's draws meanwhile.
 
 use super::desk::Wish;
+use super::drawing::Open;
 use bregma_field::{Cancelled, Progress};
-use bregma_renderer::studio::{Exposed, Tracer, TracerCache, can_light};
+use bregma_renderer::studio::{Exposed, NotDrawn, Tracer, can_light};
+use bregma_renderer::{Backend, CpuRenderer, RenderError, Renderer};
 use bregma_session::print::Canvas;
 use bregma_session::studio::{Exposing, Stop, Told, on_ground};
 use egui::Context;
+use std::fmt;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -28,11 +32,22 @@ pub struct Round {
 }
 
 /// The window's side of the thread.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Exposer {
-    /// What the next picture of the same scans needs, too; nothing while no studio lights them.
-    cache: Option<Arc<Mutex<TracerCache>>>,
+    open: Open,
+    /// What draws, and knows what the next picture of the same scans needs, too; nothing while no studio lights them.
+    lights: Option<Arc<Lights>>,
     at_work: Option<AtWork>,
+}
+
+/// A renderer, once something is lit.
+#[derive(Default)]
+struct Lights(Mutex<Option<Box<dyn Renderer>>>);
+
+impl fmt::Debug for Lights {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Lights")
+    }
 }
 
 /// An exposure under way. Dropping it stops it.
@@ -56,6 +71,11 @@ pub(super) fn is_lit(wish: &Wish) -> bool {
 }
 
 impl Exposer {
+    /// Lights by what `open` opens.
+    pub(super) fn new(open: Open) -> Self {
+        Self { open, lights: None, at_work: None }
+    }
+
     /// Stops what is under way.
     pub fn stop(&mut self) {
         self.at_work = None;
@@ -63,7 +83,7 @@ impl Exposer {
 
     /// Stops, and gives back the memory.
     pub fn forget(&mut self) {
-        (self.at_work, self.cache) = (None, None);
+        (self.at_work, self.lights) = (None, None);
     }
 
     /// Something is under way, or has come to its end.
@@ -78,12 +98,12 @@ impl Exposer {
 
     /// Begins to expose what is wished for.
     pub(super) fn begin(&mut self, ctx: &Context, wish: &Wish) {
-        let cache = Arc::clone(self.cache.get_or_insert_default());
+        let (open, lights) = (self.open, Arc::clone(self.lights.get_or_insert_default()));
         let (progress, (send, rounds)) = (Arc::new(Progress::default()), channel());
         let (shared, ctx, wish) = (Arc::clone(&progress), ctx.clone(), wish.clone());
         std::thread::spawn(move || {
             // Nobody waits for what was stopped.
-            let _ = exposed(&cache, &wish, &shared, &send, &ctx);
+            let _ = lit(&lights, open, &wish, &shared, &send, &ctx);
             drop(send);
             ctx.request_repaint();
         });
@@ -96,6 +116,8 @@ impl Exposer {
         let mut newest = None;
         loop {
             match at_work.rounds.try_recv() {
+                // What is said about a round is not lost for the next.
+                Ok(Err(text)) => return Some(Err(text)),
                 Ok(round) => newest = Some(round),
                 Err(TryRecvError::Empty) => return newest,
                 Err(TryRecvError::Disconnected) => {
@@ -107,27 +129,40 @@ impl Exposer {
     }
 }
 
-/// Sends round after round, as long as the picture is not good enough.
-fn exposed(
-    cache: &Mutex<TracerCache>,
+/// Lights what is wished for; where a graphics card fails, by the processor.
+fn lit(
+    lights: &Lights,
+    open: Open,
     wish: &Wish,
     progress: &Progress,
     send: &Sender<Result<Round, String>>,
     ctx: &Context,
 ) -> Result<(), Cancelled> {
-    let tracer = {
-        // A cache is in order whatever became of the thread that had it: it is filled entry by entry.
-        let mut cache = cache.lock().unwrap_or_else(PoisonError::into_inner);
-        progress.advance(0)?;
-        Tracer::reusing(&mut cache, &wish.volumes, &wish.scene, wish.size, 0)
-    };
-    let mut exposing = match tracer {
-        Ok(tracer) => Exposing::of(tracer, Exposed::new(wish.size), stop()),
-        Err(error) => {
+    loop {
+        let (backend, tracer) = {
+            // A renderer is in order whatever became of the thread that had it: what it knows is added entry by entry.
+            let mut renderer = lights.0.lock().unwrap_or_else(PoisonError::into_inner);
+            progress.advance(0)?;
+            let renderer = renderer.get_or_insert_with(|| open().0);
+            (renderer.backend(), renderer.tracer(&wish.volumes, &wish.scene, wish.size, 0))
+        };
+        let error = match tracer.map_err(NotDrawn::from).and_then(|tracer| exposed(tracer, wish, progress, send, ctx)) {
+            Ok(()) => return Ok(()),
+            Err(NotDrawn::Cancelled(stopped)) => return Err(stopped),
+            Err(NotDrawn::Failed(error)) => error,
+        };
+        if backend == Backend::Cpu || matches!(error, RenderError::Studio(_)) {
             drop(send.send(Err(error.to_string())));
             return Ok(());
         }
-    };
+        drop(send.send(Err(format!("The graphics card failed: {error}. The processor lights instead."))));
+        *lights.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(CpuRenderer::default()));
+    }
+}
+
+/// Sends round after round, as long as the picture is not good enough.
+fn exposed(tracer: Tracer, wish: &Wish, progress: &Progress, send: &Sender<Result<Round, String>>, ctx: &Context) -> Result<(), NotDrawn> {
+    let mut exposing = Exposing::of(tracer, Exposed::new(wish.size), stop());
     while let Some(told) = exposing.go_on(progress)? {
         // A single sample does not tell its noise: it is infinite.
         let is_filtered = told.noise > FILTERED;

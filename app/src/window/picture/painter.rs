@@ -46,7 +46,7 @@ impl Painter {
         let shared = Arc::new(Shared::default());
         let (theirs, ctx) = (Arc::clone(&shared), ctx.clone());
         std::thread::spawn(move || Worker::new(&theirs, open, reduction).run(&theirs, &ctx));
-        let exposer = Exposer::default();
+        let exposer = Exposer::new(open);
         Self { samples_at_rest: 1, shared, wish: None, number: 0, answered: 0, exact: false, exposer, changed_at: None }
     }
 
