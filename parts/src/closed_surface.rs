@@ -166,7 +166,7 @@ mod tests {
     fn ball(scan: &Volume, centre: DVec3, radius: f64, rings: u32) -> Mesh {
         let point = |ring: u32, n: u32| {
             let (a, b) = (PI * f64::from(ring) / f64::from(rings), TAU * f64::from(n % (2 * rings)) / f64::from(2 * rings));
-            let around = DVec2::from_angle(b) * if ring % rings == 0 { 0.0 } else { a.sin() };
+            let around = DVec2::from_angle(b) * if ring.is_multiple_of(rings) { 0.0 } else { a.sin() };
             scan.grid().world(IndexPoint(centre + radius * DVec3::new(around.x, around.y, a.cos()))).0
         };
         let mut mesh = Mesh { points_mm: vec![], triangles: vec![] };
@@ -206,7 +206,7 @@ mod tests {
             for (n, is_inside) in inside.iter().enumerate() {
                 let far = DVec3::new((n % nx) as f64, (n / nx % ny) as f64, (n / (nx * ny)) as f64).distance(centre);
                 near += usize::from(far > flat && far <= radius);
-                assert!(!(far <= flat && !is_inside) && !(far > radius && *is_inside), "{n}: {far}");
+                assert!((far > flat || *is_inside) && (far <= radius || !is_inside), "{n}: {far}");
             }
             println!("{} samples inside, {near} where the triangles cut off the ball", inside.iter().filter(|i| **i).count());
             // Turned inside out, or with some triangles turned, it holds the same.
@@ -235,7 +235,7 @@ mod tests {
         for (n, is_inside) in one.iter().enumerate() {
             let p = DVec3::new((n % nx) as f64, (n / nx % ny) as f64, (n / (nx * ny)) as f64);
             let (is_in, is_out) = (p.cmpgt(low).all() && p.cmplt(high).all(), p.cmplt(low).any() || p.cmpgt(high).any());
-            assert!(!(is_in && !is_inside) && !(is_out && *is_inside), "{p}");
+            assert!((!is_in || *is_inside) && (!is_out || !is_inside), "{p}");
         }
         let count = |inside: &[bool]| inside.iter().filter(|i| **i).count();
         // One end of each side counts as inside.

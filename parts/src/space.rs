@@ -267,7 +267,8 @@ mod tests {
         let cube = |p: DVec3| within_box(p, DVec3::new(9.0, 8.0, 7.0));
         let ball = |p: DVec3| 9.3 - (p - 24.0).length();
         // A ball's samples lie up to half a diagonal of a voxel within it, and those around it up to a voxel outside.
-        let bodies: [(&str, &dyn Fn(DVec3) -> f64, f64); 3] = [("slab", &slab, 1e-3), ("box", &cube, 1e-3), ("ball", &ball, 1.0)];
+        type Body<'a> = (&'a str, &'a dyn Fn(DVec3) -> f64, f64);
+        let bodies: [Body<'_>; 3] = [("slab", &slab, 1e-3), ("box", &cube, 1e-3), ("ball", &ball, 1.0)];
         for (name, distance, bound) in bodies {
             let place = |n: usize| DVec3::new((n % dims[0]) as f64, (n / dims[0] % dims[1]) as f64, (n / dims[0] / dims[1]) as f64);
             let count = dims.iter().product();
@@ -280,7 +281,8 @@ mod tests {
                 let off = |n: usize| {
                     let exact = distance(place(n)) + reach_mm + grow_mm;
                     let at = place(n).as_usizevec3().to_array();
-                    (exact.abs() < near).then(|| (f64::from(solid.units_at(at)) * solid.unit_mm() - exact).abs())
+                    let found = f64::from(solid.units_at(at)) * solid.unit_mm();
+                    (exact.abs() < near && found.abs() < near).then(|| (found - exact).abs())
                 };
                 let all: Vec<f64> = (0..count).filter_map(off).collect();
                 let worst = all.iter().copied().fold(0.0, f64::max);
