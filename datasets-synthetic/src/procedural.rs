@@ -1,6 +1,6 @@
 //! Scans of any size that are in no file and never whole in memory: their slices are worked out as they are read.
 
-use crate::{Random, Which, skull};
+use crate::{Which, skull};
 use bregma_volume::formats::Scan;
 use bregma_volume::{Grid, Progress, ReadSamples, Samples, Unit};
 use glam::{DMat3, DVec3};
@@ -180,6 +180,7 @@ fn skulls(tile: &Tile, dims: [usize; 3], k: usize) -> Vec<i16> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Random;
 
     fn opened(name: &str) -> bregma_volume::Volume {
         name.parse::<Procedural>().unwrap().scan().load(&Progress::default()).unwrap()

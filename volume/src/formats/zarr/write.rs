@@ -55,7 +55,7 @@ pub fn convert(scan: &Scan, path: &Path, keep: Keep, progress: &Progress) -> Res
     };
     // What stops the scan's stream is one or the other.
     let mut unwritten = None;
-    let written = whole(path, |folder| {
+    whole(path, |folder| {
         let mut store: Option<Box<dyn Sink>> = None;
         let passed = scan.pass(progress, &mut |samples| {
             let mut take = || -> io::Result<()> {
@@ -76,8 +76,7 @@ pub fn convert(scan: &Scan, path: &Path, keep: Keep, progress: &Progress) -> Res
         about.unit = Some(passed.unit);
         let finished = store.map_or(Ok(()), |store| store.finish(folder)).and_then(|()| about.describe(folder));
         finished.map(|()| passed.warnings).map_err(|error| failed(path, error).into())
-    });
-    written
+    })
 }
 
 /// Writes a volume, all of it as it is. `progress` counts bytes of samples.
