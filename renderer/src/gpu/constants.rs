@@ -1,8 +1,7 @@
 //! The numbers that both languages know, written for the shaders from Rust's own: each stands, with its reason, where the CPU uses it.
 
 use super::blocks::BLOCK_PIXELS;
-use super::layout::{MASKS_ACROSS, NO_SOLID, SOLID_BOTH, UNFINISHED};
-use super::{paths, stage};
+use super::layout::{CATCHER, MASKS_ACROSS, NO_GROUND, NO_SOLID, SOLID_BOTH, SWEEP, UNFINISHED};
 use crate::appearance::FACE_COLORS;
 use crate::color::{self, srgb};
 use crate::cpu::{brick, dvr, dvr_exact, dvr_steps, faces, gauss, let_through, project, segments, slice as plane, within};
@@ -11,7 +10,7 @@ use crate::scene::CutFace;
 use crate::skip::WORDS;
 use crate::slice;
 use crate::stability::DECIDED_VOXEL;
-use crate::studio::{MOST_LAMPS, batch, bsdf, lamps, path, sampling};
+use crate::studio::{MOST_LAMPS, accumulate, batch, bsdf, lamps, path, sampling};
 use bregma_field::{BRICK, solid};
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, PI};
 
@@ -84,9 +83,9 @@ constants! {
     FRAC_PI_4 = FRAC_PI_4;
     GRAZING = lamps::GRAZING;
     MOST_LAMPS = MOST_LAMPS as u32;
-    NO_GROUND = stage::NO_GROUND;
-    SWEEP = stage::SWEEP;
-    CATCHER = stage::CATCHER;
+    NO_GROUND = NO_GROUND;
+    SWEEP = SWEEP;
+    CATCHER = CATCHER;
     ETA = bsdf::ETA;
     ALPHA = bsdf::ALPHA;
     COAT_ALBEDOS = bsdf::ALBEDOS as u32;
@@ -98,9 +97,9 @@ constants! {
     LIT = batch::LIT as u32;
     UNLIT = batch::UNLIT as u32;
     CAUGHT = batch::CAUGHT as u32;
-    HALF_OF_BLOCK = paths::HALF_OF_BLOCK as u32;
-    GUIDES_OF_BLOCK = paths::GUIDES_OF_BLOCK as u32;
-    SUMS_OF_BLOCK = paths::SUMS_OF_BLOCK as u32;
+    HALF_OF_BLOCK = accumulate::HALF_OF_BLOCK as u32;
+    GUIDES_OF_BLOCK = accumulate::GUIDES_OF_BLOCK as u32;
+    SUMS_OF_BLOCK = accumulate::SUMS_OF_BLOCK as u32;
     SRGB_SLOPE = srgb::SLOPE;
     SRGB_OFFSET = srgb::OFFSET;
     SRGB_SCALE = srgb::SCALE;

@@ -16,6 +16,11 @@ pub(crate) const NO_SOLID: u32 = u32::MAX;
 /// Sides as the shader knows them.
 pub(crate) const SOLID_BOTH: u32 = 2;
 
+/// What stands for the kinds of ground that paths have.
+pub(crate) const NO_GROUND: u32 = 0;
+pub(crate) const SWEEP: u32 = 1;
+pub(crate) const CATCHER: u32 = 2;
+
 /// `PixelAffine` of `shaders/line.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]

@@ -13,18 +13,10 @@ use super::stage::{StageParams, numbers, of_piece};
 use super::{GpuRenderer, bindings};
 use crate::RenderError;
 use crate::studio::NotDrawn;
-use crate::studio::accumulate::BlockSums;
-use crate::studio::batch::{CHANNELS, GUIDES};
+use crate::studio::accumulate::{BlockSums, GUIDES_OF_BLOCK, SUMS_OF_BLOCK};
 use crate::studio::path::Stage;
 use bregma_field::Progress;
 use wgpu::{BindGroupEntry, BindingType, BufferUsages, SamplerBindingType};
-
-/// Numbers of one half of the sums of a block; where what is seen first begins behind both; and all.
-pub(super) const HALF_OF_BLOCK: usize = BLOCK_PIXELS * CHANNELS;
-pub(super) const GUIDES_OF_BLOCK: usize = 2 * HALF_OF_BLOCK;
-pub(super) const SUMS_OF_BLOCK: usize = GUIDES_OF_BLOCK + BLOCK_PIXELS * GUIDES;
-// A pixel's place in both is the same multiple.
-const _: () = assert!(CHANNELS == GUIDES);
 
 /// Blocks whose paths are under way at once.
 const BATCH: usize = 1024;

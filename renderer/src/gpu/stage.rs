@@ -2,7 +2,7 @@
 //!
 //! The twin of `shaders/stage.wgsl`.
 
-use super::layout::{AffinePairs, Pair, PixelAffinePairs, TraceParams, padded, padded_matrix};
+use super::layout::{AffinePairs, CATCHER, NO_GROUND, Pair, PixelAffinePairs, SWEEP, TraceParams, padded, padded_matrix};
 use super::plan::Extras;
 use crate::scene::Normals;
 use crate::studio::MOST_LAMPS;
@@ -15,11 +15,6 @@ use bytemuck::{Pod, Zeroable};
 /// Rays of an invocation in one dispatch: together with the blocks of a batch some hundredths of a second of a software driver on two cores, which
 /// moreover ends loops that go round 65,535 times.
 const RAYS: u32 = 16;
-
-/// What stands for the kinds of ground.
-pub(super) const NO_GROUND: u32 = 0;
-pub(super) const SWEEP: u32 = 1;
-pub(super) const CATCHER: u32 = 2;
 
 /// `Disc` of `shaders/stage.wgsl`.
 #[repr(C)]

@@ -7,6 +7,16 @@ use crate::skip::BLOCK;
 use glam::Vec3;
 use std::io::{self, Read, Write};
 
+/// Numbers of one half of the sums of a block, where what is seen first begins behind both, and all: as `shaders/path.wgsl` has them.
+#[cfg(feature = "gpu")]
+pub(crate) const HALF_OF_BLOCK: usize = PIXELS * CHANNELS;
+#[cfg(feature = "gpu")]
+pub(crate) const GUIDES_OF_BLOCK: usize = 2 * HALF_OF_BLOCK;
+#[cfg(feature = "gpu")]
+pub(crate) const SUMS_OF_BLOCK: usize = GUIDES_OF_BLOCK + PIXELS * GUIDES;
+// A pixel's place in both is the same multiple.
+const _: () = assert!(CHANNELS == GUIDES);
+
 /// Of one block of pixels.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct BlockSums {

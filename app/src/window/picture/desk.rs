@@ -1,12 +1,15 @@
 //! What the window and the drawing thread hand each other: wishes one way, pictures the other.
 
 use bregma_field::Volume;
-use bregma_renderer::{Backend, Picture, Scene};
+use bregma_renderer::{Backend, GpuError, Picture, Renderer, Scene};
 use bregma_session::Compare;
 use bregma_session::coat::Coat;
 use bregma_session::studio::Told;
 use egui::{Color32, ColorImage};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+
+/// What there is to draw by, and why that is no graphics card where there is one.
+pub(super) type Open = fn() -> (Box<dyn Renderer>, Option<GpuError>);
 
 /// What is to be seen.
 #[derive(Clone, Debug)]

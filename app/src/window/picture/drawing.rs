@@ -1,8 +1,8 @@
 //! Drawing on a thread of its own: quickly what moves, exactly what rests, and then through ever more points of each pixel.
 
-use super::desk::{Painted, Shared, Wish, image};
+use super::desk::{Open, Painted, Shared, Wish, image};
 use super::exposer::is_lit;
-use bregma_renderer::{Backend, CpuRenderer, GpuError, Picture, RenderError, Renderer, Scene, Solver, Still, point_in_pixel};
+use bregma_renderer::{Backend, CpuRenderer, Picture, RenderError, Renderer, Scene, Solver, Still, point_in_pixel};
 use bregma_session::coat::on_slice;
 use egui::Context;
 use std::sync::PoisonError;
@@ -15,9 +15,6 @@ const COARSEST: u32 = 8;
 
 /// A card that was lost is looked for again after so long.
 const AWAY: Duration = Duration::from_secs(5);
-
-/// What there is to draw by, and why that is no graphics card where there is one.
-pub(super) type Open = fn() -> (Box<dyn Renderer>, Option<GpuError>);
 
 /// A picture at rest, on its way to more points of each pixel.
 struct Resting {
@@ -212,8 +209,8 @@ impl Worker {
 mod tests {
     use super::*;
     use bregma_field::Volume;
-    use bregma_renderer::Split;
     use bregma_renderer::studio::Tracer;
+    use bregma_renderer::{GpuError, Split};
     use bregma_session::{Compare, Opened};
     use std::sync::Arc;
     use std::sync::atomic::{AtomicBool, Ordering};

@@ -1,8 +1,7 @@
 //! Studio light in the view: what rests is exposed on a thread of its own, better from round to round, until the next change stops it at once. It has a
 //! renderer of its own, as the view's draws meanwhile.
 
-use super::desk::Wish;
-use super::drawing::Open;
+use super::desk::{Open, Wish};
 use bregma_field::{Cancelled, Progress};
 use bregma_renderer::studio::{Exposed, NotDrawn, Tracer, can_light};
 use bregma_renderer::{Backend, CpuRenderer, RenderError, Renderer};

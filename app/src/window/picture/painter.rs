@@ -1,7 +1,7 @@
 //! The window's side of drawing: the newest wish wins; a moving view is drawn in fewer pixels, a resting one exactly.
 
-use super::desk::{Painted, Shared, Wish};
-use super::drawing::{Open, Worker};
+use super::desk::{Open, Painted, Shared, Wish};
+use super::drawing::Worker;
 use super::exposer::{Exposer, Round, is_lit};
 use bregma_field::Volume;
 use bregma_renderer::{CpuRenderer, Scene};
