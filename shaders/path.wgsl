@@ -137,12 +137,12 @@ fn turn_to_sample(pixel: vec2<u32>, first: u32) {
     index_of_path = number >> 1u;
 }
 
-// Whether the ray is beside the sphere around all bone, or goes away from it; a thousandth is far more than is rounded.
+// Whether the ray is beside the sphere around all bone, or goes away from it.
 fn passes() -> bool {
     let origin = relative(path.origin);
     let along = dot(origin, path.direction);
     let nearest = origin - along * path.direction;
-    let square = 1.001 * stage.reach_mm * stage.reach_mm;
+    let square = stage.reach_mm * stage.reach_mm;
     return dot(nearest, nearest) > square || (along > 0.0 && dot(origin, origin) > square);
 }
 

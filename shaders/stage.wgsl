@@ -39,7 +39,7 @@ struct Stage {
     ground_color: vec3<f32>,
     corner: f32,
     radius: f32,
-    // The radius of a sphere around all bone.
+    // The radius of a sphere around all bone, with room for what is rounded.
     reach_mm: f32,
 }
 

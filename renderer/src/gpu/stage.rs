@@ -12,6 +12,9 @@ use crate::studio::lamps::Disc;
 use crate::studio::path::Stage;
 use bytemuck::{Pod, Zeroable};
 
+/// Rays that pass by the bone are farther than its radius by a thousandth, far more than is rounded.
+const ROOM: f64 = 1.001;
+
 /// Rays of an invocation in one dispatch: together with the blocks of a batch some hundredths of a second of a software driver on two cores, which
 /// moreover ends loops that go round 65,535 times.
 const RAYS: u32 = 16;
@@ -96,7 +99,7 @@ impl StageRecord {
             gloss: stage.coat.gloss,
             sky_half: stage.dome.half.to_array(),
             coat_mean: stage.coat.mean,
-            reach_mm: stage.bone.radius_mm as f32,
+            reach_mm: (stage.bone.radius_mm * ROOM) as f32,
             ..Self::zeroed()
         };
         let Some(floor) = &stage.floor else { return blank };
