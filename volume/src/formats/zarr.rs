@@ -1,4 +1,4 @@
-//! Zarr, versions 2 and 3, and in it OME-Zarr, versions 0.4 and 0.5: folders of arrays in chunks, of which [`pyramid`](self::pyramid) are written.
+//! Zarr, versions 2 and 3, and in it OME-Zarr, versions 0.4 and 0.5: folders of arrays in chunks; `pyramid` writes scans as these.
 //!
 //! Specifications: <https://zarr-specs.readthedocs.io>, <https://ngff.openmicroscopy.org>.
 
