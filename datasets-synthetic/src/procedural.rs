@@ -82,8 +82,8 @@ fn slice([nx, ny, _]: [usize; 3], k: usize, row: impl Fn(usize, &mut [f64]) + Sy
                 random ^= random << 13;
                 random ^= random >> 7;
                 random ^= random << 17;
-                let noise = (random >> 32) as i32 % i32::from(2 * NOISE_HU + 1);
-                *sample = hu.round() as i16 + noise as i16 - NOISE_HU;
+                let noise = ((random >> 32) % (2 * NOISE_HU as u64 + 1)) as i16;
+                *sample = hu.round() as i16 + noise - NOISE_HU;
             }
         },
     );
@@ -100,7 +100,7 @@ const MARBLES: usize = 60;
 fn marbles(dims: [usize; 3], k: usize) -> Vec<i16> {
     let side = dims[0].min(dims[1]) as f64;
     let middle = [dims[0], dims[1]].map(|n| (n - 1) as f64 / 2.0);
-    // Six turns upward, each marble smaller by as much, the last a sample and a half wide at 512.
+    // Six turns upward, each marble smaller by as much, the last two samples wide at 512.
     let marble = |n: usize| {
         let part = (n as f64 + 0.5) / MARBLES as f64;
         let [sin, cos] = [(6.0 * TAU * part).sin(), (6.0 * TAU * part).cos()];
@@ -192,6 +192,9 @@ mod tests {
         let sponge = opened("menger:27");
         let Samples::I16(samples) = sponge.samples() else { panic!("the samples are i16") };
         assert_eq!(samples.iter().filter(|s| **s > 0).count(), 20_usize.pow(3));
+        let Samples::I16(samples) = opened("menger:9").samples().clone() else { panic!("the samples are i16") };
+        let off = samples.iter().map(|s| (f64::from(*s) - if *s > 0 { BONE_HU } else { AIR_HU }) as i16);
+        assert_eq!((off.clone().min(), off.max()), (Some(-NOISE_HU), Some(NOISE_HU)));
         let marbles = opened("marbles:40x48x60");
         assert_eq!(marbles.grid().dims(), [40, 48, 60]);
         assert_eq!(marbles.content(), opened("marbles:40x48x60").content());

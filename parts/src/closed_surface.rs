@@ -5,7 +5,7 @@
 //! which is compared with it in the same order of its ends whatever triangle it is of: of two that share a side, a line that passes it meets exactly one.
 
 use crate::error::PartsError;
-use crate::labels::{Labels, Part};
+use crate::labels::Labels;
 use bregma_field::{Mesh, Progress, Volume};
 use glam::{DVec3, USizeVec3};
 use rayon::prelude::*;
@@ -21,24 +21,25 @@ pub struct ClosedSurface {
 }
 
 impl Labels {
-    /// Of each surface a part with the samples within it; a sample within several is of the last one. `progress` counts slices.
+    /// Of each surface a part with the samples within it; a sample within several is of the last one. `progress` counts slices of each.
     pub fn of_surfaces(scan: &Volume, surfaces: &[ClosedSurface], progress: &Progress) -> Result<Self, PartsError> {
-        let grid = scan.grid();
-        let mut labels = Self::none(grid.clone());
-        for (surface, number) in surfaces.iter().zip(1..=u16::MAX) {
-            let sides = Sides::of(&surface.mesh);
-            if sides.open > 0 {
-                return Err(PartsError::OpenSurface { file: surface.file.clone(), edges: sides.open });
-            }
-            let runs = runs(&surface.mesh, scan, sides.agree, progress)?;
-            if runs.iter().all(Vec::is_empty) {
-                return Err(PartsError::Elsewhere { file: surface.file.clone(), scan: scan.name().to_owned() });
-            }
-            for (k, (j, from, to)) in runs.iter().enumerate().flat_map(|(k, runs)| runs.iter().map(move |run| (k, *run))) {
-                (from..to).for_each(|i| labels.numbers_mut().set(USizeVec3::new(i, j, k), number));
-            }
-            let name = surface.file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-            labels = labels.with(grid.clone(), [labels.parts().to_vec(), vec![Part::new(number, name)]].concat());
+        let none = Self::none(scan.grid().clone());
+        surfaces.iter().try_fold(none, |labels, surface| labels.with_surface(scan, surface, progress))
+    }
+
+    /// With the samples within a surface as a part of their own. `progress` counts slices.
+    pub fn with_surface(self, scan: &Volume, surface: &ClosedSurface, progress: &Progress) -> Result<Self, PartsError> {
+        let sides = Sides::of(&surface.mesh);
+        if sides.open > 0 {
+            return Err(PartsError::OpenSurface { file: surface.file.clone(), edges: sides.open });
+        }
+        let runs = runs(&surface.mesh, scan, sides.agree, progress)?;
+        if runs.iter().all(Vec::is_empty) {
+            return Err(PartsError::Elsewhere { file: surface.file.clone(), scan: scan.name().to_owned() });
+        }
+        let (mut labels, number) = self.with_part(&surface.file.file_stem().unwrap_or_default().to_string_lossy())?;
+        for (k, (j, from, to)) in runs.iter().enumerate().flat_map(|(k, runs)| runs.iter().map(move |run| (k, *run))) {
+            (from..to).for_each(|i| labels.numbers_mut().set(USizeVec3::new(i, j, k), number));
         }
         Ok(labels)
     }

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 impl Labels {
     /// Smooths borders so far that what reaches `radius_mm` or less into another part is taken back; `bone` is a surface of the same grid. It needs four bytes for
-    /// each sample. `progress` counts parts.
+    /// each sample, and 24 for each of bone that is nobody's. `progress` counts the steps of each part in turn.
     pub fn smoothed(&self, bone: &Surface, radius_mm: f64, progress: &Progress) -> Result<Self, PartsError> {
         if !(radius_mm.is_finite() && radius_mm > 0.0) {
             return Err(PartsError::Smooth(radius_mm));
@@ -19,17 +19,15 @@ impl Labels {
         let (all, rest) = self.clone().with_part("")?;
         let all = all.with_rest(bone, rest);
         let border = all.bordering();
-        progress.begin(border.len() as u64);
         // Of each sample how deep it lies in the space that it lies deepest in, and whose that is.
         let mut deepest: Vec<(i16, u16)> = vec![(i16::MIN, 0); grid.len()];
         let [nx, ny, _] = grid.dims();
         let mut borders = vec![false; 1 << 16];
         border.iter().for_each(|number| borders[usize::from(*number)] = true);
         for number in border {
-            progress.advance(1)?;
             // Far enough from the bone for what ends there not to be felt.
             let meant = Meant { numbers: &[number], grow_mm: 2.0 * radius_mm, bone: None };
-            let space = all.space_of(meant, &Progress::default())?.smoothed(grid, radius_mm, &Progress::default())?;
+            let space = all.space_of(meant, progress)?.smoothed(grid, radius_mm, progress)?;
             deepest.par_iter_mut().enumerate().for_each(|(n, deepest)| {
                 let depth = space.units_at([n % nx, n / nx % ny, n / (nx * ny)]);
                 *deepest = (*deepest).max((depth, number));

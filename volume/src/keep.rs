@@ -21,6 +21,11 @@ pub enum KeepError {
     /// No error.
     #[error("an error of {0} is none; it must be 0 or more, in the scan's values")]
     Error(f64),
+    /// More than there is.
+    #[error(
+        "the scan has only surfaces of isovalues {0}..{1}, less the error at either end; choose within these, or take the scan that it was saved from"
+    )]
+    Before(f64, f64),
 }
 
 const SURFACES: &str = "SurfacesKept";
@@ -48,13 +53,19 @@ impl Keep {
         Some(Self { error, ..of_surfaces }).filter(|keep| keep.check().is_ok()).unwrap_or(of_surfaces)
     }
 
-    /// The same of a scan of which no more than `before` was kept: errors add up, and of intervals what both have is left.
-    pub fn of(self, before: Self) -> Self {
-        let surfaces = match (self.surfaces, before.surfaces) {
-            (Some(a), Some(b)) => Some([a[0].max(b[0]), a[1].min(b[1])]),
-            (a, b) => a.or(b),
-        };
-        Self { surfaces, error: self.error + before.error }
+    /// The same of a scan of which no more than `before` was kept. Errors add up; and as samples that stand for others may come as much nearer, the
+    /// surfaces that are left are those by the error within the interval.
+    pub fn of(self, before: Self) -> Result<Self, KeepError> {
+        self.check()?;
+        let left = before.surfaces.map(|[low, high]| [low + self.error, high - self.error]);
+        let surfaces = self.surfaces.or(left);
+        if let (Some([low, high]), Some([least, most])) = (surfaces, left)
+            && (low < least || high > most || low > high)
+        {
+            let [low, high] = before.surfaces.unwrap_or_default();
+            return Err(KeepError::Before(low, high));
+        }
+        Ok(Self { surfaces, error: self.error + before.error })
     }
 
     /// Notes it in `metadata`.
@@ -89,7 +100,13 @@ mod tests {
         let mut metadata = Metadata::new();
         keep.note(&mut metadata);
         assert_eq!(Keep::noted(&metadata), keep);
-        assert_eq!(Keep { surfaces: Some([0.0, 400.0]), error: 1.0 }.of(keep), Keep { surfaces: Some([0.0, 300.0]), error: 9.0 });
+        let of = |surfaces: Option<[f64; 2]>, error: f64| Keep { surfaces, error }.of(keep);
+        assert_eq!(of(Some([0.0, 299.0]), 1.0), Ok(Keep { surfaces: Some([0.0, 299.0]), error: 9.0 }));
+        // A sample that stands for one below −20.5 may be rounded to −19.5.
+        assert_eq!(of(None, 1.0), Ok(Keep { surfaces: Some([-19.5, 299.0]), error: 9.0 }));
+        for wrong in [of(Some([0.0, 400.0]), 0.0), of(Some([0.0, 299.5]), 1.0), of(Some([400.0, 500.0]), 0.0), of(None, 161.0)] {
+            assert_eq!(wrong, Err(KeepError::Before(-20.5, 300.0)));
+        }
         for (key, nonsense) in [(SURFACES, "9..1"), (SURFACES, "x"), (SURFACES, "NaN..1"), (ERROR, "-1"), (ERROR, "inf"), (ERROR, "")] {
             assert_eq!(Keep::noted(&[(key.to_owned(), nonsense.to_owned())].into()), Keep::default(), "{nonsense}");
         }

@@ -230,7 +230,9 @@ impl Renderer for GpuRenderer {
     }
 
     fn tracer(&mut self, volumes: &[Arc<Volume>], scene: &Scene, size: [u32; 2], seed: u32) -> Result<Tracer, RenderError> {
-        Tracer::reusing(&mut self.studio, volumes, scene, size, seed)?.on_gpu(self)
+        let tracer = Tracer::reusing(&mut self.studio, volumes, scene, size, seed)?;
+        // Of more scans than a pass can read the processor draws the same.
+        if self.check_volumes(volumes.len()).is_ok() { tracer.on_gpu(self) } else { Ok(tracer) }
     }
 
     fn bytes(&self) -> usize {

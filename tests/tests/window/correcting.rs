@@ -179,3 +179,27 @@ fn scans_are_dragged_into_order() {
     assert_eq!(order(&window), before);
     files.iter().for_each(|file| std::fs::remove_file(file).unwrap());
 }
+
+#[test]
+fn a_copy_is_saved_as_the_scan_lies_now_and_opens_as_that() {
+    // Fails if a correction is lost in the copy, a store cannot be saved from the window, or a name of no form is not refused.
+    let (mut window, _) = balls("copied");
+    panel_of(&mut window, 0);
+    window.get_by_role_and_label(Role::SpinButton, "Spacing along k").set_value_accesskit(1.25);
+    window.run_steps(2);
+    press_button(&mut window, "Correct the spacing");
+    let folder = std::env::temp_dir().join(format!("bregma-copied-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    press_button(&mut window, "Save a copy…");
+    printing::save_to(&mut window, &folder.join("copy.xyz"));
+    settle(&mut window);
+    assert!(window.query_by_label_contains(".zarr, ").is_some(), "no form is offered");
+    press_button(&mut window, "Save a copy…");
+    let store = folder.join("copy.ome.zarr");
+    printing::save_to(&mut window, &store);
+    wait(&mut window, "the copy", |_| store.exists());
+    let copy = bregma_field::formats::open(&store, &Default::default(), &Default::default()).unwrap();
+    let scan = &window.state().volumes()[0];
+    assert_eq!((copy.content(), copy.grid().spacing_mm().z), (scan.content(), 1.25));
+    std::fs::remove_dir_all(folder).unwrap();
+}

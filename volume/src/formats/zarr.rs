@@ -44,7 +44,8 @@ fn scan(path: &Path, hints: &Hints, _progress: &Progress) -> Result<Scan, ReadEr
     let mut warnings = vec![];
     let image = ome::read(&folder, &mut warnings)?;
     let array_folder = folder.join(image.as_ref().map_or("", |image| &image.path));
-    let array = Array::open(&array_folder)?;
+    let is_ours = image.as_ref().is_some_and(|image| image.beside.is_some());
+    let array = Array::open(&array_folder, is_ours)?;
     let names = array.names();
     let axes = image.as_ref().map_or_else(|| Axes::of(&names), |image| Ok(image.axes.clone()))?;
     let shape = array.shape().to_vec();
@@ -90,8 +91,10 @@ fn check_length(folder: &Path, wanted: u64) -> Result<(), ReadError> {
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(folder)? {
             let entry = entry?;
-            match entry.metadata() {
-                Ok(data) if data.is_dir() => folders.push(entry.path()),
+            let is_link = entry.file_type()?.is_symlink();
+            // Links to files are those of archives; those to folders may lead in circles.
+            match std::fs::metadata(entry.path()) {
+                Ok(data) if data.is_dir() => folders.extend((!is_link).then(|| entry.path())),
                 Ok(data) => there = there.saturating_add(data.len()),
                 Err(_) => {}
             }

@@ -1,7 +1,7 @@
 //! The tools that make parts by hand: which of them the mouse has, for which part, and how large they are.
 
 use super::super::bench::Bench;
-use super::super::picture::part_hand::{Means, PartHand, RADII_MM};
+use super::super::picture::part_hand::{Means, PartHand};
 use egui::{Button, Color32, ComboBox, DragValue, Rect, Sense, Slider, Ui, vec2};
 
 /// The tools, with what they do.
@@ -33,7 +33,8 @@ pub fn show(ui: &mut Ui, bench: &mut Bench, n: usize) {
     match hand.means {
         Means::Brush | Means::Eraser => {
             ui.spacing_mut().slider_width = (ui.available_width() - 130.0).max(60.0);
-            let radius = Slider::new(&mut hand.radius_mm, RADII_MM).logarithmic(true).max_decimals(2).suffix(" mm").text("radius");
+            let radii_mm = hand.radii_mm();
+            let radius = Slider::new(&mut hand.radius_mm, radii_mm).logarithmic(true).max_decimals(2).suffix(" mm").text("radius");
             ui.add(radius).on_hover_text("The keys [ and ] make it smaller and larger").accessible_name("Radius of the brush");
         }
         Means::Scissors => scissors(ui, hand),
@@ -45,7 +46,8 @@ fn take(bench: &mut Bench, n: usize, means: Option<Means>) {
     // The mouse has one thing at a time.
     bench.view.hand = None;
     match (means, &mut bench.view.part_hand) {
-        (None, hand) => *hand = None,
+        // What is half done becomes a step first.
+        (None, hand) => drop(hand.take_if(|hand| !hand.is_busy())),
         (Some(means), Some(hand)) => hand.means = means,
         (Some(means), none) => *none = Some(PartHand::take(&bench.work.opened, n, means)),
     }

@@ -3,13 +3,13 @@
 use super::super::ask::{Ask, Kind};
 use super::super::bench::Bench;
 use super::super::job::{Job, is_at_work};
-use super::super::picture::part_hand::Deed;
+use super::super::picture::part_hand::{Deed, PartHand};
 use super::super::widgets::{choose_scans, color, line};
 use super::super::words::in_the_window;
 use super::part_tools;
-use bregma_field::{Progress, Surface, Volume};
+use bregma_field::{Progress, Surface, Volume, read_mesh};
 use bregma_measure::numbers::{fixed, significant, suffix};
-use bregma_parts::{Labels, PartsError};
+use bregma_parts::{ClosedSurface, Labels, PartsError};
 use bregma_renderer::{Layer, Within};
 use bregma_session::{How, Labelled, Listed, PartOf, PartOfError};
 use egui::{Align, Button, Checkbox, Context, DragValue, Key, Label, Layout, RichText, ScrollArea, Sense, TextEdit, Ui};
@@ -48,16 +48,33 @@ pub struct PartsPanel {
     naming: Option<(u16, String)>,
     /// Only what is seen is of the parts that are kept.
     only_seen: bool,
+    /// What the hand has made is being worked out: until then its parts are ahead of those in the list.
+    follows: bool,
+    /// How far what is kept is being dragged to grow, mm.
+    growing_mm: Option<f64>,
 }
 
 impl Default for PartsPanel {
     fn default() -> Self {
-        Self { index: 0, neck_mm: 4.0, smooth_mm: 2.0, job: None, wanted: None, asked: None, naming: None, only_seen: false }
+        Self {
+            index: 0,
+            neck_mm: 4.0,
+            smooth_mm: 2.0,
+            job: None,
+            wanted: None,
+            asked: None,
+            naming: None,
+            only_seen: false,
+            follows: false,
+            growing_mm: None,
+        }
     }
 }
 
 enum Outcome {
     Parted(Box<Parted>),
+    /// A line that cut nothing.
+    Nothing,
     Saved(PathBuf, Vec<String>),
 }
 
@@ -86,15 +103,16 @@ impl PartsPanel {
         if let Some((ctx, file)) = self.asked.as_ref().and_then(|(asked, _)| asked.try_recv().ok()) {
             match self.asked.take() {
                 Some((_, For::Writing(labelled))) => self.save(&ctx, labelled, file),
-                Some((_, For::Surface)) => self.find(&ctx, bench, How::Surface(file)),
+                Some((_, For::Surface)) => self.fill(&ctx, bench, file),
                 _ => self.find(&ctx, bench, How::File(file)),
             }
         }
         let Some(result) = self.job.as_ref().and_then(Job::poll) else { return Ok(()) };
-        (self.job, self.wanted) = (None, None);
+        (self.job, self.wanted, self.follows) = (None, None, false);
         let result = result.inspect_err(|_| fall_back(bench));
         match result.map_err(|e| format!("No parts: {}", in_the_window(&e)))? {
             Outcome::Parted(parted) => take(bench, *parted)?,
+            Outcome::Nothing => {}
             Outcome::Saved(file, notes) => {
                 bench.messages.note(format!("Saved {}", file.display()));
                 notes.into_iter().for_each(|note| bench.messages.note(note));
@@ -112,7 +130,7 @@ impl PartsPanel {
         let was_at_work = self.job.is_some();
         if self.wanted.as_ref().is_some_and(|(_, since)| since.elapsed() < SOON) {
             ui.ctx().request_repaint_after(SOON);
-            self.deeds(ui, bench);
+            ui.add_enabled_ui(!self.follows, |ui| self.deeds(ui, bench));
         } else if !is_at_work(&mut self.job, ui) {
             self.wanted = None;
             self.deeds(ui, bench);
@@ -125,9 +143,9 @@ impl PartsPanel {
             return;
         };
         ui.separator();
-        self.above_list(ui, bench, &labelled);
+        ui.add_enabled_ui(!self.follows, |ui| self.above_list(ui, bench, &labelled));
         // What is looked for takes the place of the list.
-        let is_free = self.job.is_none() || self.wanted.is_some();
+        let is_free = self.job.is_none() || self.wanted.is_some() && !self.follows;
         ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
             ui.add_enabled_ui(is_free, |ui| self.list(ui, bench, &labelled));
         });
@@ -216,6 +234,17 @@ impl PartsPanel {
         self.job = Some(Job::start(ctx, "Writing the label map".into(), work));
     }
 
+    /// Makes a part of what lies within a closed surface, beside those that there are.
+    fn fill(&mut self, ctx: &Context, bench: &Bench, file: PathBuf) {
+        if bench.work.opened.sources.get(self.index).is_none_or(|source| source.labels.is_none()) {
+            return self.find(ctx, bench, How::Surface(file));
+        }
+        self.change(ctx, bench, "Filling the surface", move |labels, bone, progress| {
+            let mesh = read_mesh(&file)?;
+            labels.clone().with_surface(&bone.volume, &ClosedSurface { file, mesh }, progress)
+        });
+    }
+
     /// Finds the parts of the scan that is chosen.
     fn find(&mut self, ctx: &Context, bench: &Bench, how: How) {
         let opened = &bench.work.opened;
@@ -264,6 +293,11 @@ impl PartsPanel {
 
     /// Makes a step of what the hand has painted or cut.
     pub fn follow_hand(&mut self, ctx: &Context, bench: &mut Bench) {
+        if bench.view.part_hand.as_mut().is_some_and(PartHand::was_refused) {
+            bench
+                .messages
+                .note("Nothing is cut: how deep bone lies is told by the picture alone, at rest, where it has the view for itself.");
+        }
         let opened = &bench.work.opened;
         let Some(hand) = bench.view.part_hand.as_mut().filter(|_| self.job.is_none()) else { return };
         let Some((n, (deed, mut labels, from, mut changed))) = hand.scan(opened).and_then(|n| Some((n, hand.deed()?))) else { return };
@@ -273,6 +307,9 @@ impl PartsPanel {
             if let Deed::Cut(cut) = deed {
                 let cut = cut.apply(&mut labels, from.as_ref(), (&volume, layer.iso, layer.transform), progress)?;
                 changed = [changed, cut].into_iter().flatten().reduce(|a, b| a.with(b));
+                if changed.is_none() {
+                    return Ok(Outcome::Nothing);
+                }
             }
             let labelled = match &from {
                 Some(from) => from.changed(&labels, &volume),
@@ -284,14 +321,15 @@ impl PartsPanel {
             };
             Ok(Outcome::Parted(Box::new(Parted { volume, labelled, within, file: None, notes: vec![], from: Some(from) })))
         };
+        self.follows = true;
         self.job = Some(Job::start(ctx, "Painting".into(), work));
     }
 
     /// How far what is kept is grown, and how its rim is shaded.
     fn grows(&mut self, ui: &mut Ui, bench: &mut Bench, labelled: &Labelled) {
         let Some(within) = &mut bench.work.opened.scene.layers[self.index].within else { return };
-        let mut grow_mm = within.grow_mm;
-        let changed = ui.horizontal(|ui| {
+        let mut grow_mm = self.growing_mm.take().unwrap_or(within.grow_mm);
+        let dragged = ui.horizontal(|ui| {
             let number = |mm, range| DragValue::new(mm).range(range).speed(0.02).max_decimals(2).suffix(" mm").update_while_editing(false);
             ui.weak("grown by");
             let hint = "What is kept reaches so much farther; less far where it is negative";
@@ -299,10 +337,11 @@ impl PartsPanel {
             ui.weak("rim");
             let hint = "So far behind its face bone is shaded as the face and the bone together";
             ui.add(number(&mut within.rim_mm, 0.0..=50.0)).on_hover_text(hint).accessible_name("Width of the rim");
-            // While it is dragged it is only seen how far.
-            grown.changed() && !grown.dragged() || grown.drag_stopped()
+            grown.dragged()
         });
-        if changed.inner && grow_mm != within.grow_mm {
+        // While it is dragged it is only seen how far.
+        self.growing_mm = dragged.inner.then_some(grow_mm);
+        if !dragged.inner && grow_mm != within.grow_mm && self.wanted.is_none() {
             let known = Within { grow_mm, solid: None, ..within.clone() };
             self.cut_anew(ui.ctx(), bench, labelled.clone(), Some(known));
         }

@@ -6,11 +6,12 @@ use super::marks::{self, Screen};
 use super::navigate::mm_per_pixel_at;
 use bregma_field::Progress;
 use bregma_field::{Surface, Volume, WorldPoint};
-use bregma_parts::{Dab, Depth, Labels, Lasso, PartsError, Span};
+use bregma_parts::{Dab, Depth, Labels, Lasso, Part, PartsError, Span};
 use bregma_renderer::{Camera, Color, Picture};
 use bregma_session::{Labelled, Opened};
-use egui::{Color32, Event, Key, Painter, Pos2, Response, Shape, Stroke, Ui};
+use egui::{Color32, Event, Key, Painter, Pos2, Rect, Response, Shape, Stroke, Ui};
 use glam::{DAffine3, DVec2, DVec3};
+use std::collections::HashMap;
 use std::sync::Arc;
 
 /// What the hand holds.
@@ -73,10 +74,16 @@ pub struct PartHand {
     touches: Vec<Painted>,
     stroke: Option<Pos2>,
     lasso: Vec<Pos2>,
+    /// Where the line began: the view's place, its pixels and its camera.
+    begun: Option<(Rect, [u32; 2], Camera)>,
+    /// A line was drawn that could not cut as deep as it should have: no picture said where bone is seen.
+    is_refused: bool,
 }
 
 /// Radii of brushes, mm.
-pub const RADII_MM: std::ops::RangeInclusive<f64> = 0.1..=50.0;
+const RADII_MM: [f64; 2] = [0.1, 50.0];
+/// A brush reaches no farther than so many of the longest steps between samples: a touch of more would hold the window up.
+const MOST_STEPS: f64 = 48.0;
 /// A smaller brush, and a larger one.
 const KEYS: [Key; 2] = [Key::OpenBracket, Key::CloseBracket];
 /// What a press of [ or ] changes a radius by.
@@ -111,6 +118,8 @@ impl PartHand {
             touches: vec![],
             stroke: None,
             lasso: vec![],
+            begun: None,
+            is_refused: false,
         };
         hand.look(opened);
         if hand.number == 0 {
@@ -136,14 +145,18 @@ impl PartHand {
             self.known.clone_from(now);
             return;
         }
+        // A part that nothing was painted for yet is in no map.
+        let is_new = self.changes > 0 && !self.known.iter().flat_map(|known| known.parts()).any(|part| part.number == self.number);
         self.known.clone_from(now);
         self.labels = now.as_ref().map_or_else(|| Labels::none(self.scan.grid().clone()), |now| now.labels().as_ref().clone());
         (self.changed, self.deed, self.stroke) = (None, None, None);
         self.changed_all();
-        if !self.labels.parts().iter().any(|part| part.number == self.number) {
-            self.number = self.labels.parts().first().map_or(0, |part| part.number);
-            if self.number == 0 {
-                self.new_part();
+        let has = |labels: &Labels, number| labels.parts().iter().any(|part| part.number == number);
+        if is_new || !has(&self.labels, self.number) {
+            let first = self.labels.parts().first().map(|part| part.number);
+            match first.filter(|_| !is_new) {
+                Some(first) => self.number = first,
+                None => self.new_part(),
             }
         }
     }
@@ -154,6 +167,9 @@ impl PartHand {
         if self.changed.is_none() && self.stroke.is_none() {
             self.labels = labelled.labels().as_ref().clone();
             self.changed_all();
+            if !self.labels.parts().iter().any(|part| part.number == self.number) {
+                self.new_part();
+            }
         }
     }
 
@@ -178,9 +194,10 @@ impl PartHand {
 
     /// The parts that it may paint, by the names that they have now, with their colours.
     pub fn parts(&self) -> Vec<(u16, String, Color32)> {
-        let named = |number: u16| self.known.as_ref()?.parts().iter().find(|part| part.number == number).map(|part| part.name.clone());
-        let parts = self.labels.parts().iter();
-        parts.map(|part| (part.number, named(part.number).unwrap_or_else(|| part.name.clone()), color(Color(part.color)))).collect()
+        let known = self.known.iter().flat_map(|known| known.parts());
+        let names: HashMap<u16, &str> = known.map(|part| (part.number, part.name.as_str())).collect();
+        let name = |part: &Part| names.get(&part.number).map_or_else(|| part.name.clone(), |name| (*name).to_owned());
+        self.labels.parts().iter().map(|part| (part.number, name(part), color(Color(part.color)))).collect()
     }
 
     /// What is to become a step: it, the labels, what they came from, and where they may differ.
@@ -201,6 +218,28 @@ impl PartHand {
     /// What may be given another number: what is shown. Bone of nobody is shown where all is.
     fn is_shown(known: Option<&Labelled>, number: u16) -> bool {
         known.is_none_or(|known| if number == 0 { known.left_out().is_empty() } else { !known.left_out().contains(&number) })
+    }
+
+    /// How large its brush may be, mm.
+    pub fn radii_mm(&self) -> std::ops::RangeInclusive<f64> {
+        let [least, most] = RADII_MM;
+        let most = most.min(MOST_STEPS * self.scan.grid().spacing_mm().max_element());
+        least.min(most)..=most
+    }
+
+    /// Whether it is in the middle of something that is to become a step.
+    pub fn is_busy(&self) -> bool {
+        self.stroke.is_some() || self.changed.is_some() || self.deed.is_some()
+    }
+
+    /// Whether a line was refused since this was last asked.
+    pub fn was_refused(&mut self) -> bool {
+        std::mem::take(&mut self.is_refused)
+    }
+
+    /// Where the line that is being drawn began.
+    pub fn begun(&self) -> Option<(Rect, [u32; 2], Camera)> {
+        self.begun
     }
 
     /// Paints at a point of the world.
@@ -265,6 +304,7 @@ impl PartHand {
         if down && free && response.is_pointer_button_down_on() {
             // All places that the mouse has passed since the last frame, which may take its time.
             let moved = |event: &Event| if let Event::PointerMoved(at) = event { Some(*at) } else { None };
+            self.begun.get_or_insert((screen.rect, screen.size, *screen.camera));
             let passed: Vec<Pos2> = ui.input(|i| i.events.iter().filter_map(moved).chain(i.pointer.interact_pos()).collect());
             for at in passed {
                 if self.lasso.last().is_none_or(|last| last.distance(at) >= CORNER) {
@@ -275,10 +315,15 @@ impl PartHand {
             return;
         }
         let lasso = std::mem::take(&mut self.lasso);
+        self.begun = None;
         if down || lasso.len() < 3 {
             return;
         }
         let depth = self.depth_mm.zip(picture).filter(|(_, picture)| [picture.width, picture.height] == screen.size);
+        if self.depth_mm.is_some() && depth.is_none() {
+            self.is_refused = true;
+            return;
+        }
         self.deed = Some(Deed::Cut(Cut {
             corners: lasso.into_iter().map(|at| DVec2::from(screen.pixel(at))).collect(),
             camera: *screen.camera,
@@ -305,7 +350,7 @@ impl PartHand {
             return;
         }
         let [smaller, larger] = KEYS.map(|key| ui.input(|i| i.num_presses(key)) as i32);
-        self.radius_mm = (self.radius_mm * FACTOR.powi(larger - smaller)).clamp(*RADII_MM.start(), *RADII_MM.end());
+        self.radius_mm = (self.radius_mm * FACTOR.powi(larger - smaller)).clamp(*self.radii_mm().start(), *self.radii_mm().end());
     }
 
     /// The scan that it has.

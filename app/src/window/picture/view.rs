@@ -76,7 +76,9 @@ impl View {
     pub fn let_go(&mut self, ctx: &egui::Context, work: &Work) {
         if ctx.input(|i| i.key_pressed(egui::Key::Escape)) {
             self.forget_first_point();
-            (self.hand, self.part_hand) = (None, None);
+            self.hand = None;
+            // What is half done becomes a step first.
+            self.part_hand.take_if(|hand| !hand.is_busy());
         }
         self.hand.take_if(|hand| hand.number(&work.opened).is_none());
         self.part_hand.take_if(|hand| hand.scan(&work.opened).is_none());
@@ -304,9 +306,10 @@ impl View {
         let Some(mut hand) = self.part_hand.take() else { return false };
         hand.look(&work.opened);
         let panes = panes(&work.opened, rect, size);
-        let begun = ui.input(|i| i.pointer.press_origin()).or(response.hover_pos());
-        if let Some((rect, size)) = panes.iter().find(|(pane, _)| begun.is_some_and(|at| pane.contains(at))).copied() {
-            let camera = work.opened.scene.camera;
+        let at = ui.input(|i| i.pointer.press_origin()).or(response.hover_pos());
+        let pane = panes.iter().find(|(pane, _)| at.is_some_and(|at| pane.contains(at))).copied();
+        // A line stays in the view that it began in, wherever the button goes up.
+        if let Some((rect, size, camera)) = hand.begun().or(pane.map(|(rect, size)| (rect, size, work.opened.scene.camera))) {
             let screen = Screen { camera: &camera, rect, size };
             if hand.means == Means::Scissors {
                 hand.cut(ui, response, &screen, self.painted.as_ref().map(|painted| &painted.picture));
@@ -321,7 +324,10 @@ impl View {
 
     /// Shows the colours of parts, and the brush.
     fn tinted(&mut self, ui: &Ui, work: &Work, panes: &[(Rect, [u32; 2])]) {
-        let (Some(hand), Some(painted), [(rect, size)]) = (&self.part_hand, &self.painted, panes) else { return };
+        let (Some(hand), Some(painted), [(rect, size)]) = (&self.part_hand, &self.painted, panes) else {
+            self.tint = Tint::default();
+            return;
+        };
         let (picture, camera) = (&painted.picture, &work.opened.scene.camera);
         let screen = Screen { camera, rect: *rect, size: *size };
         if let Some(color) = hand.colors(work, true) {

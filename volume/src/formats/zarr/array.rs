@@ -15,14 +15,14 @@ use zarrs::array::data_type::{
     Float16DataType, Float32DataType, Float64DataType, Int8DataType, Int16DataType, Int32DataType, Int64DataType, UInt8DataType,
     UInt16DataType, UInt32DataType, UInt64DataType,
 };
-use zarrs::array::{ArrayBytes, ArrayMetadata, ArrayShardedExt, ArraySubset};
+use zarrs::array::{ArrayBytes, ArrayMetadata, ArrayShardedExt, ArraySubset, CodecOptions};
 use zarrs::filesystem::FilesystemStore;
 
 /// Chunks of so many bytes may be larger than their array.
 const MOST_CHUNK: u64 = 1 << 28;
 
-/// An array in a folder of its own.
-pub struct Array(zarrs::array::Array<FilesystemStore>);
+/// An array in a folder of its own, and whether all of its chunks are to be there.
+pub struct Array(zarrs::array::Array<FilesystemStore>, bool);
 
 /// What `zarrs` says is wrong; with a stranger's file that may also be a panic of a decoder.
 fn guarded<T, E: Display>(work: impl FnOnce() -> Result<T, E>) -> Result<T, String> {
@@ -37,12 +37,17 @@ fn damaged(what: String) -> ReadError {
 }
 
 impl Array {
-    /// The array whose folder this is.
-    pub fn open(folder: &Path) -> Result<Self, ReadError> {
+    /// The array whose folder this is. Where it `is_whole`, each of its chunks has to be there; else those that are not are its fill value.
+    pub fn open(folder: &Path, is_whole: bool) -> Result<Self, ReadError> {
         let store = Arc::new(guarded(|| FilesystemStore::new(folder)).map_err(damaged)?);
         let opened = guarded(|| zarrs::array::Array::open(store, "/"));
         let refused = |what: String| ReadError::Unsupported(format!("its array {} cannot be opened: {what}", folder.display()));
-        let array = opened.map(Self).map_err(refused)?;
+        let array = Self(opened.map_err(refused)?, is_whole);
+        let metadata = serde_json::to_value(array.0.metadata()).unwrap_or_default();
+        // Of version 2 all are even.
+        if metadata.get("chunk_grid").is_some_and(|grid| grid.get("name").and_then(Value::as_str) != Some("regular")) {
+            return Err(refused("its chunks are not of one size".to_owned()));
+        }
         // A chunk is unpacked as a whole: a header must not ask for memory that the array itself would not.
         let inner = array.0.effective_subchunk_shape().map(|shape| shape.iter().map(|n| n.get()).collect()).or_else(|| array.outer());
         let bytes = |shape: &[u64]| shape.iter().fold(array.0.data_type().fixed_size().unwrap_or(1) as u64, |n, of| n.saturating_mul(*of));
@@ -124,7 +129,7 @@ impl Array {
             let there: Vec<Range<u64>> = whole.iter().zip(self.shape()).map(|(w, n)| w.start..w.end.min(*n)).collect();
             let is_all = there.iter().zip(ranges).all(|(t, r)| t.start >= r.start && t.end <= r.end);
             if is_all && bytes_of(&whole, size) <= bytes_of(ranges, size).saturating_mul(2).max(MOST_CHUNK) {
-                return Ok((whole, self.decoded(|| self.0.retrieve_chunk::<ArrayBytes<'_>>(&at))?));
+                return Ok((whole, self.chunk(&at)?));
             }
             let part: Vec<Range<u64>> = there.iter().zip(ranges).map(|(t, r)| t.start.max(r.start)..t.end.min(r.end)).collect();
             let subset = ArraySubset::new_with_ranges(&part);
@@ -134,10 +139,25 @@ impl Array {
         // So many at a time that all cores have work and few lie in memory.
         for some in every.chunks(rayon::current_num_threads()) {
             for chunk in some.par_iter().map(|n| read(*n)).collect::<Result<Vec<_>, _>>()? {
+                if bytes_of(&chunk.0, size) != chunk.1.len() as u64 {
+                    return Err(damaged("a chunk has another size than it says".to_owned()));
+                }
                 copy(&chunk.0, &chunk.1, ranges, &mut all, size);
             }
         }
         Ok(all)
+    }
+
+    /// All numbers of a chunk.
+    fn chunk(&self, at: &[u64]) -> Result<Vec<u8>, ReadError> {
+        if !self.1 {
+            return self.decoded(|| self.0.retrieve_chunk::<ArrayBytes<'_>>(at));
+        }
+        let missing = || format!("its file {} is missing", self.0.chunk_key(at));
+        self.decoded(|| {
+            let found = self.0.retrieve_chunk_if_exists::<ArrayBytes<'_>>(at).map_err(|e| e.to_string())?;
+            found.ok_or_else(missing)
+        })
     }
 
     fn decoded<'a, E: Display>(&self, retrieve: impl FnOnce() -> Result<ArrayBytes<'a>, E>) -> Result<Vec<u8>, ReadError> {
@@ -174,14 +194,16 @@ impl Array {
             let store = FilesystemStore::new(folder).map_err(|e| e.to_string())?;
             let array = zarrs::array::Array::new_with_metadata(Arc::new(store), "/", metadata).map_err(|e| e.to_string())?;
             array.store_metadata().map_err(|e| e.to_string())?;
-            Ok::<_, String>(Self(array))
+            Ok::<_, String>(Self(array, true))
         };
         guarded(make).map_err(io::Error::other)
     }
 
     /// Writes one shard, all numbers of it, in this machine's byte order.
     pub fn write(&self, shard: &[u64], numbers: &[u8]) -> io::Result<()> {
-        guarded(|| self.0.store_chunk(shard, ArrayBytes::new_flen(numbers))).map_err(io::Error::other)
+        // What is left out could not be told from what was lost.
+        let options = CodecOptions::default().with_store_empty_chunks(true);
+        guarded(|| self.0.store_chunk_opt(shard, ArrayBytes::new_flen(numbers), &options)).map_err(io::Error::other)
     }
 }
 

@@ -111,7 +111,7 @@ fn a_scan_streams_into_a_store_as_a_volume_does() {
 }
 
 fn array_of<T: bytemuck::Pod>(folder: &Path) -> (Vec<u64>, Vec<T>) {
-    let array = Array::open(folder).unwrap();
+    let array = Array::open(folder, true).unwrap();
     let shape = array.shape().to_vec();
     let all: Vec<_> = shape.iter().map(|n| 0..*n).collect();
     let bytes = array.slab(&all).unwrap();
@@ -332,6 +332,13 @@ fn what_is_broken_is_one_sentence() {
         refused(what);
     }
     fresh();
+    fs::remove_file(&shard).unwrap();
+    refused("c/1/0/0 is missing");
+    fresh();
+    let uneven = fs::read_to_string(path.join("0/zarr.json")).unwrap().replace("\"regular\"", "\"rectangular\"");
+    fs::write(path.join("0/zarr.json"), uneven).unwrap();
+    refused("cannot be opened");
+    fresh();
     let text = fs::read_to_string(path.join("zarr.json")).unwrap();
     fs::write(path.join("zarr.json"), text.replace("\"path\": \"0\"", "\"path\": \"nowhere\"")).unwrap();
     refused("cannot be opened");
@@ -366,14 +373,32 @@ fn a_store_is_whole_or_not_there_and_nothing_else_is_lost() {
     };
     assert_eq!(names(), ["a.ome.zarr", "b.nrrd"]);
     assert_eq!(open(&path, &Hints::default(), &Progress::default()).unwrap().content(), first.content());
-    // As a kill leaves it: arrays, and nothing yet that says what they are.
-    write_file(&folder.join("a.ome.zarr.part"), &first, &Progress::default()).unwrap_err();
+    // As a kill between two renames leaves it, and the next one is stopped, too.
+    let [part, old] = ["part", "old"].map(|end| folder.join(&format!(".bregma-a.ome.zarr.{end}")));
+    fs::rename(&path, &old).unwrap();
+    write_file(&folder.join("left.zarr"), &second, &Progress::default()).unwrap();
+    fs::rename(folder.join("left.zarr"), &part).unwrap();
+    convert(&scan, &path, Keep::default(), &stopped).unwrap_err();
+    assert_eq!(names(), ["a.ome.zarr", "b.nrrd"]);
+    assert_eq!(open(&path, &Hints::default(), &Progress::default()).unwrap().content(), first.content());
+    // As a kill before them does: arrays, and nothing yet that says what they are.
     write_file(&folder.join("left.zarr"), &first, &Progress::default()).unwrap();
-    fs::rename(folder.join("left.zarr"), folder.join("a.ome.zarr.part")).unwrap();
-    fs::remove_file(folder.join("a.ome.zarr.part/zarr.json")).unwrap();
+    fs::rename(folder.join("left.zarr"), &part).unwrap();
+    fs::remove_file(part.join("zarr.json")).unwrap();
     convert(&scan, &path, Keep::default(), &Progress::default()).unwrap();
     assert_eq!(names(), ["a.ome.zarr", "b.nrrd"]);
     assert_eq!(open(&path, &Hints::default(), &Progress::default()).unwrap().samples(), second.samples());
+    // Stores of a person's own, whatever they are called.
+    let [kept, other] = ["a.ome.zarr.old", "a.ome.zarr.part"].map(|name| folder.join(name));
+    for own in [&kept, &other] {
+        write_file(&folder.join("own.zarr"), &first, &Progress::default()).unwrap();
+        fs::rename(folder.join("own.zarr"), own).unwrap();
+    }
+    let old_scan = scan_file(&kept, &Hints::default(), &Progress::default()).unwrap();
+    convert(&old_scan, &path, Keep::default(), &Progress::default()).unwrap();
+    for store in [&kept, &other, &path] {
+        assert_eq!(open(store, &Hints::default(), &Progress::default()).unwrap().content(), first.content());
+    }
     // A folder of a person's own.
     let own = folder.join("photos.zarr");
     fs::create_dir(&own).unwrap();

@@ -43,7 +43,7 @@ pub fn is_store(path: &Path) -> bool {
 /// Converts a scan as its samples stream, so that it need not fit into memory; gives a sentence for each thing that is unusual. What was at
 /// `path` is replaced whole or not at all. `progress` counts bytes of the scan's files.
 pub fn convert(scan: &Scan, path: &Path, keep: Keep, progress: &Progress) -> Result<Vec<String>, ConvertError> {
-    keep.check()?;
+    let kept = keep.of(Keep::noted(&scan.metadata))?;
     let mut about = About {
         name: scan.name(),
         grid: scan.grid().clone(),
@@ -52,6 +52,7 @@ pub fn convert(scan: &Scan, path: &Path, keep: Keep, progress: &Progress) -> Res
         unit: scan.unit,
         metadata: scan.metadata.clone(),
         keep,
+        kept,
     };
     // What stops the scan's stream is one or the other.
     let mut unwritten = None;
@@ -90,6 +91,7 @@ pub fn volume(path: &Path, volume: &Volume, progress: &Progress) -> Result<Vec<S
         unit: Some(volume.unit()),
         metadata: volume.metadata().clone(),
         keep: Keep::default(),
+        kept: volume.kept(),
     };
     let fill = |folder: &Path| -> io::Result<()> {
         with_samples!(volume.samples(), samples => {
@@ -117,23 +119,21 @@ fn failed(path: &Path, error: io::Error) -> WriteError {
     }
 }
 
-/// Lets `fill` make a folder beside `path`, which then takes its place. What a killed one left is removed by the next.
+/// Lets `fill` make a folder beside `path`, which then takes its place. What a killed one left the next puts right: the store that was there comes back
+/// to its place, the unfinished one is removed. Folders that begin with `.bregma-` are nobody else's.
 fn whole<T, E: From<WriteError>>(path: &Path, fill: impl FnOnce(&Path) -> Result<T, E>) -> Result<T, E> {
-    let beside = |ending: &str| path.with_file_name(format!("{}{ending}", path.file_name().unwrap_or_default().to_string_lossy()));
+    let beside = |ending: &str| path.with_file_name(format!(".bregma-{}{ending}", path.file_name().unwrap_or_default().to_string_lossy()));
     let [part, old] = [".part", ".old"].map(beside);
     let fails = |error: io::Error| WriteError::Io { file: path.to_owned(), error };
-    let refuse = |what: &Path| fails(io::Error::other(format!("{} is no Zarr, and would be lost; name another", what.display())));
-    if path.exists() && !is_store(path) {
-        return Err(refuse(path).into());
+    if old.exists() && !path.exists() {
+        std::fs::rename(&old, path).map_err(fails)?;
     }
-    for left in [&part, &old] {
-        let is_ours =
-            is_store(left) || is_store(&left.join("0")) || std::fs::read_dir(left).is_ok_and(|mut inside| inside.next().is_none());
-        match (left.exists(), is_ours) {
-            (true, true) => std::fs::remove_dir_all(left).map_err(fails)?,
-            (true, false) => return Err(refuse(left).into()),
-            (false, _) => {}
-        }
+    if path.exists() && !is_store(path) {
+        let what = format!("{} is no Zarr, and would be lost; name another", path.display());
+        return Err(fails(io::Error::other(what)).into());
+    }
+    for left in [&part, &old].into_iter().filter(|left| left.exists()) {
+        std::fs::remove_dir_all(left).map_err(fails)?;
     }
     std::fs::create_dir(&part).map_err(fails)?;
     let moved = fill(&part).and_then(|done| {
@@ -141,13 +141,14 @@ fn whole<T, E: From<WriteError>>(path: &Path, fill: impl FnOnce(&Path) -> Result
             if path.exists() {
                 std::fs::rename(path, &old)?;
             }
-            std::fs::rename(&part, path)
+            // If it cannot take its place, the one that was there does.
+            std::fs::rename(&part, path).inspect_err(|_| drop(std::fs::rename(&old, path)))
         };
         replace().map_err(fails)?;
         Ok(done)
     });
     // What cannot be removed any more is removed by the next one.
-    let _ = std::fs::remove_dir_all(if moved.is_ok() { &old } else { &part });
+    drop(std::fs::remove_dir_all(if moved.is_ok() { &old } else { &part }));
     moved
 }
 
@@ -194,7 +195,9 @@ struct About {
     scale: [f64; 2],
     unit: Option<Unit>,
     metadata: Metadata,
+    /// What is left out now, and what of the scan is kept then.
     keep: Keep,
+    kept: Keep,
 }
 
 impl About {
@@ -202,7 +205,7 @@ impl About {
     fn describe(&self, folder: &Path) -> io::Result<()> {
         let [slope, intercept] = self.scale;
         let mut metadata = self.metadata.clone();
-        self.keep.of(Keep::noted(&metadata)).note(&mut metadata);
+        self.kept.note(&mut metadata);
         let beside = Beside {
             version: 1,
             index_to_world: self.grid.index_to_world().to_cols_array(),
