@@ -178,7 +178,7 @@ pub struct ConvertArgs {
     #[arg(long, value_name = "LO..HI", value_parser = interval, allow_hyphen_values = true)]
     pub surfaces: Option<[f64; 2]>,
     /// Round samples, so that no value is farther off than D (.ome.zarr)
-    #[arg(long, value_name = "D", value_parser = number, default_value_t = 0.0, hide_default_value = true)]
+    #[arg(long, value_name = "D", value_parser = number, allow_hyphen_values = true, default_value_t = 0.0, hide_default_value = true)]
     pub error: f64,
 }
 
