@@ -1,6 +1,6 @@
 //! What of a scan was kept when it was saved: all of it, only what surfaces between two isovalues need, or samples within an error.
 
-use crate::volume::Metadata;
+use crate::Metadata;
 use thiserror::Error;
 
 /// What of a scan is kept. Its metadata says it, so that every form that it is converted to does.

@@ -7,6 +7,7 @@ mod keep;
 mod ome;
 mod pyramid;
 mod ranges;
+mod voxel;
 mod write;
 
 pub use write::{ConvertError, convert};

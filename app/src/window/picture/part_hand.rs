@@ -76,6 +76,8 @@ pub struct PartHand {
     lasso: Vec<Pos2>,
     /// Where the line began: the view's place, its pixels and its camera.
     begun: Option<(Rect, [u32; 2], Camera)>,
+    /// The part that was asked for and that nothing was painted for yet.
+    asked: Option<u16>,
     /// A line was drawn that could not cut as deep as it should have: no picture said where bone is seen.
     is_refused: bool,
 }
@@ -119,11 +121,12 @@ impl PartHand {
             stroke: None,
             lasso: vec![],
             begun: None,
+            asked: None,
             is_refused: false,
         };
         hand.look(opened);
         if hand.number == 0 {
-            hand.new_part();
+            hand.begin_part();
         }
         hand
     }
@@ -145,8 +148,8 @@ impl PartHand {
             self.known.clone_from(now);
             return;
         }
-        // A part that nothing was painted for yet is in no map.
-        let is_new = self.changes > 0 && !self.known.iter().flat_map(|known| known.parts()).any(|part| part.number == self.number);
+        // It is in no map yet.
+        let is_new = self.asked == Some(self.number);
         self.known.clone_from(now);
         self.labels = now.as_ref().map_or_else(|| Labels::none(self.scan.grid().clone()), |now| now.labels().as_ref().clone());
         (self.changed, self.deed, self.stroke) = (None, None, None);
@@ -156,8 +159,9 @@ impl PartHand {
             let first = self.labels.parts().first().map(|part| part.number);
             match first.filter(|_| !is_new) {
                 Some(first) => self.number = first,
-                None => self.new_part(),
+                None => self.begin_part(),
             }
+            self.asked = is_new.then_some(self.number);
         }
     }
 
@@ -168,7 +172,7 @@ impl PartHand {
             self.labels = labelled.labels().as_ref().clone();
             self.changed_all();
             if !self.labels.parts().iter().any(|part| part.number == self.number) {
-                self.new_part();
+                self.begin_part();
             }
         }
     }
@@ -186,6 +190,11 @@ impl PartHand {
 
     /// Paints for a new part from now on. Where there are more than there are numbers, it stays as it is.
     pub fn new_part(&mut self) {
+        self.begin_part();
+        self.asked = Some(self.number);
+    }
+
+    fn begin_part(&mut self) {
         let name = format!("Part {}", self.labels.parts().len() + 1);
         if let Ok((labels, number)) = self.labels.clone().with_part(&name) {
             (self.labels, self.number) = (labels, number);
@@ -250,6 +259,7 @@ impl PartHand {
         let taken = |number: u16| if erases { number == own } else { Self::is_shown(known.as_ref(), number) };
         let Some(span) = self.labels.paint(bone, dab, taken) else { return };
         self.changed = Some(self.changed.map_or(span, |changed| changed.with(span)));
+        self.asked = None;
         self.touches.push((self.changes, point.0, self.radius_mm));
         self.changes += 1;
         if self.touches.len() > REMEMBERED {
@@ -324,6 +334,7 @@ impl PartHand {
             self.is_refused = true;
             return;
         }
+        self.asked = None;
         self.deed = Some(Deed::Cut(Cut {
             corners: lasso.into_iter().map(|at| DVec2::from(screen.pixel(at))).collect(),
             camera: *screen.camera,

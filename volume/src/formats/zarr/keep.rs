@@ -12,7 +12,7 @@
 //! An error of D rounds samples to multiples of 2D + 1 (of 2D where they are floats), so that none is farther off than D, and neither is a
 //! value between samples, which is a mean of theirs: the surface of an isovalue v lies between those of v − D and v + D of the scan.
 
-use super::pyramid::Voxel;
+use super::voxel::Voxel;
 use crate::{Keep, Samples};
 use rayon::prelude::*;
 use std::collections::VecDeque;

@@ -7,51 +7,17 @@
 //! ```
 //! Memory is that of 32 slices and their halvings, however many come.
 
-use super::super::decode::SampleType;
 use super::array::{Array, New};
 use super::ranges::Ranges;
-use crate::Sample;
-use bytemuck::Pod;
+use super::voxel::{CHUNK, Voxel};
 use rayon::prelude::*;
 use std::io;
 use std::path::Path;
 
-/// Samples along each side of a chunk, as R. Greffe's thesis (Liège 2024, section 4.2.4) found best of several for drawing.
-pub const CHUNK: usize = 32;
 /// Samples along x and y of a shard, which is a file; along z it has one chunk, so that each is written once, in order.
 const SHARD: usize = 1024;
 /// A level whose sides have at most so many samples is the last.
 const LAST: usize = 64;
-
-/// A sample of a pyramid.
-pub trait Voxel: Sample + Pod {
-    /// Its type in the file.
-    const KIND: SampleType;
-    /// The mean of eight, rounded to a sample.
-    fn mean(eight: [Self; 8]) -> Self;
-}
-
-macro_rules! whole {
-    ($($t:ty: $kind:ident),*) => {$(
-        impl Voxel for $t {
-            const KIND: SampleType = SampleType::$kind;
-            #[inline(always)]
-            fn mean(eight: [Self; 8]) -> Self {
-                // Halves go up. The mean of numbers of a type is one of it.
-                ((eight.iter().map(|v| i32::from(*v)).sum::<i32>() + 4) >> 3) as Self
-            }
-        }
-    )*};
-}
-whole!(u8: U8, i16: I16, u16: U16);
-
-impl Voxel for f32 {
-    const KIND: SampleType = SampleType::F32;
-    #[inline(always)]
-    fn mean(eight: [Self; 8]) -> Self {
-        (eight.iter().map(|v| f64::from(*v)).sum::<f64>() / 8.0) as Self
-    }
-}
 
 /// How many samples each level has along x, y and z, the scan's own first.
 pub fn levels(dims: [usize; 3]) -> Vec<[usize; 3]> {

@@ -2,7 +2,7 @@
 //! neighbours. Where an isovalue is not between them, the chunk shows nothing.
 
 use super::array::{Array, New};
-use super::pyramid::{CHUNK, Voxel};
+use super::voxel::{CHUNK, Voxel};
 use rayon::prelude::*;
 use std::io;
 use std::path::Path;
