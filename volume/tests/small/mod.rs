@@ -507,7 +507,8 @@ pub fn isq() -> Vec<u8> {
 
 const MULTISCALES: &str = r#"{"multiscales": [{"version": "0.4", "axes": [{"name": "z", "type": "space", "unit": "millimeter"},
     {"name": "y", "type": "space", "unit": "millimeter"}, {"name": "x", "type": "space", "unit": "millimeter"}],
-    "datasets": [{"path": "0", "coordinateTransformations": [{"type": "scale", "scale": [2, 0.75, 0.5]}]}]}]}"#;
+    "datasets": [{"path": "0", "coordinateTransformations": [{"type": "scale", "scale": [2, 0.75, 0.5]},
+    {"type": "translation", "translation": [30, 20, -10]}]}]}]}"#;
 
 /// OME-Zarr 0.4 in Zarr 2, in two chunks.
 fn zarr_2() -> Vec<(String, Vec<u8>)> {
