@@ -1,6 +1,6 @@
 //! What of a scan was kept when it was saved: all of it, only what surfaces between two isovalues need, or samples within an error.
 
-use crate::Metadata;
+use std::collections::BTreeMap;
 use thiserror::Error;
 
 /// What of a scan is kept. Its metadata says it, so that every form that it is converted to does.
@@ -42,7 +42,7 @@ impl Keep {
     }
 
     /// What `metadata` says; all, where it says nothing that can be.
-    pub fn noted(metadata: &Metadata) -> Self {
+    pub fn noted(metadata: &BTreeMap<String, String>) -> Self {
         let surfaces = metadata.get(SURFACES).and_then(|said| {
             let (low, high) = said.split_once("..")?;
             Some([low.parse().ok()?, high.parse().ok()?])
@@ -69,7 +69,7 @@ impl Keep {
     }
 
     /// Notes it in `metadata`.
-    pub fn note(&self, metadata: &mut Metadata) {
+    pub fn note(&self, metadata: &mut BTreeMap<String, String>) {
         metadata.extend(self.surfaces.map(|[low, high]| (SURFACES.to_owned(), format!("{low}..{high}"))));
         metadata.extend((self.error > 0.0).then(|| (ERROR.to_owned(), self.error.to_string())));
     }
@@ -97,7 +97,7 @@ mod tests {
     fn what_is_noted_is_read_again_and_nonsense_is_nothing() {
         // Fails if an interval or an error is lost on its way, a reversed one is believed, or errors of two savings do not add up.
         let keep = Keep { surfaces: Some([-20.5, 300.0]), error: 8.0 };
-        let mut metadata = Metadata::new();
+        let mut metadata = BTreeMap::new();
         keep.note(&mut metadata);
         assert_eq!(Keep::noted(&metadata), keep);
         let of = |surfaces: Option<[f64; 2]>, error: f64| Keep { surfaces, error }.of(keep);
