@@ -21,6 +21,9 @@ use zarrs::filesystem::FilesystemStore;
 /// Chunks of so many bytes may be larger than their array.
 const MOST_CHUNK: u64 = 1 << 28;
 
+/// How many times more than is asked for a slab of chunks may take.
+const MOST_TIMES: u64 = 8;
+
 /// An array in a folder of its own, and whether all of its chunks are to be there.
 pub struct Array(zarrs::array::Array<FilesystemStore>, bool);
 
@@ -91,12 +94,18 @@ impl Array {
     }
 
     /// How many slices along an axis are decoded together: those of a chunk, which may be a shard of many, where a box of so many is not larger
-    /// than `most` bytes, and those of one within a shard else. `slice_bytes` is what one slice takes.
+    /// than `most` bytes, and those of one within a shard else; `slice_bytes` is what one slice takes. Fewer than a chunk has are taken only where that
+    /// would be many times too much: each part of a chunk is decoded by itself, and its checksum is not compared.
     pub fn depth(&self, axis: usize, slice_bytes: u64, most: u64) -> u64 {
         let outer = self.outer().and_then(|shape| shape.get(axis).copied()).unwrap_or(1);
         let inner = self.0.effective_subchunk_shape().and_then(|shape| shape.get(axis).map(|n| n.get()));
         let fits = (most / slice_bytes.max(1)).max(1);
-        if outer <= fits { outer } else { inner.unwrap_or(outer).min(fits) }
+        let inner = inner.unwrap_or(outer);
+        match () {
+            () if outer <= fits => outer,
+            () if inner <= MOST_TIMES * fits => inner,
+            () => fits,
+        }
     }
 
     fn outer(&self) -> Option<Vec<u64>> {

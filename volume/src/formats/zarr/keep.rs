@@ -193,25 +193,11 @@ fn needed<T: Near>(two: &[T], [nx, ny]: [usize; 2], [low, high]: [f64; 2]) -> Ve
             *side = u8::from(a <= high || b <= high) | u8::from(a >= low || b >= low) << 1;
         }
     });
-    // Along x: cell x has the corners x and x + 1, and is needed by samples x − 1 to x + 2.
-    let mut along = vec![0_u8; slice];
-    let mut cells = vec![false; slice];
-    along.par_chunks_mut(nx).enumerate().for_each(|(y, along)| {
-        let row = &sides[y * nx..][..nx];
-        (0..nx - 1).for_each(|x| along[x] = row[x] | row[x + 1]);
-    });
-    cells.par_chunks_mut(nx).enumerate().take(ny - 1).for_each(|(y, cells)| {
-        let (a, b) = (&along[y * nx..][..nx], &along[(y + 1) * nx..][..nx]);
-        for x in 0..nx - 1 {
-            if a[x] | b[x] == 3 {
-                cells[x] = true;
-            }
-        }
-    });
+    // Along x: cell x has the corners x and x + 1, and needs samples x − 1 to x + 2.
     let mut wide = vec![false; slice];
-    wide.par_chunks_mut(nx).enumerate().for_each(|(y, wide)| {
-        let row = &cells[y * nx..][..nx];
-        for x in (0..nx).filter(|x| row[*x]) {
+    wide.par_chunks_mut(nx).enumerate().take(ny - 1).for_each(|(y, wide)| {
+        let (a, b) = (&sides[y * nx..][..nx], &sides[(y + 1) * nx..][..nx]);
+        for x in (0..nx - 1).filter(|x| a[*x] | a[x + 1] | b[*x] | b[x + 1] == 3) {
             wide[x.saturating_sub(1)..(x + 3).min(nx)].fill(true);
         }
     });
