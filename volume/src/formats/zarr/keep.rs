@@ -93,9 +93,9 @@ impl<T: Near> Kept<T> {
         (surfaces.is_some() || step > 0.0).then_some(Self { surfaces, step })
     }
 
-    /// Whether samples are rounded.
-    pub fn rounds(&self) -> bool {
-        self.step > 0.0
+    /// Whether many bits of all samples are alike: they are rounded, and not most of them one sample, which packs better by bytes.
+    pub fn has_few_bits(&self) -> bool {
+        self.step > 0.0 && self.surfaces.is_none()
     }
 }
 

@@ -259,6 +259,23 @@ fn no_value_is_farther_off_than_the_error_that_is_allowed() {
     assert_eq!(Keep { surfaces: None, error: -1.0 }.check(), Err(KeepError::Error(-1.0)));
 }
 
+#[test]
+fn what_is_rounded_takes_no_more_room_than_what_is_not() {
+    // Fails if rounding, of all samples or of those that surfaces need, makes a store larger than it was without.
+    let folder = Folder::new("room");
+    let volume = of_type("i16", [96, 96, 96]);
+    let size = |keep: Keep| -> u64 {
+        kept(&volume, keep, &folder);
+        let shards = fs::read_dir(folder.join("kept.zarr/0/c")).unwrap().map(|entry| entry.unwrap().path().join("0/0"));
+        shards.map(|shard| fs::metadata(shard).unwrap().len()).sum()
+    };
+    for surfaces in [None, Some([0.0, 60.0])] {
+        let sizes = [0.0, 8.0, 32.0].map(|error| size(Keep { surfaces, error }));
+        println!("surfaces {surfaces:?}, errors 0, 8 and 32: {sizes:?} bytes");
+        assert!(sizes.is_sorted_by(|a, b| a > b), "{sizes:?}");
+    }
+}
+
 /// A store of version 2, its chunks plain, in an order of axes and bytes of their own.
 fn version_2(folder: &Path, attributes: &str) {
     fs::create_dir_all(folder.join("s0")).unwrap();

@@ -168,7 +168,7 @@ impl<T: Near> Store<T> {
     fn begin(folder: &Path, about: &About, _of: &[T]) -> io::Result<Box<dyn Sink>> {
         let kept = Kept::<T>::of(about.keep, about.scale);
         let dims = about.grid.dims();
-        let pyramid = Pyramid::begin(folder, dims, kept.is_some_and(|kept| kept.rounds()))?;
+        let pyramid = Pyramid::begin(folder, dims, kept.is_some_and(|kept| kept.has_few_bits()))?;
         Ok(Box::new(Self { filter: kept.map(|kept| Filter::new(kept, dims)), pyramid }))
     }
 }
